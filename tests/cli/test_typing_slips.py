@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
 from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, check, inspector, look
+from verne_post.base.suggestions import find_correction
 from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspector
 
@@ -491,6 +492,87 @@ def test_characters_of_mail_and_pdf(inspector: Inspector, tmp_path: Path, ending
 
 
 CALLED = "M98 P1302\nM98 P1302\nM30\n{}\nX5\nM99"
+
+
+@pytest.mark.parametrize("code", ["G200", "G100", "G500", "G900", "G211", "G177", "G433", "G431"])
+def test_a_code_of_three_digits_is_one_of_the_builder(inspector: Inspector, tmp_path: Path, code: str) -> None:
+    """It is executed as no other code, whose units or plane all moves behind it would have; [remap] settles it."""
+    text = embed(".ngc", f"{code}\nX3 Y2")
+    (item,) = check(inspector, tmp_path / "a.ngc", text).findings
+    assert item.message.startswith(f"{code} is not a code of this language") and "[remap]" in item.message
+    assert (item.settled_by, find_correction(item.message)) == ((("remap", code),), None)
+    near = {"G433": "G43", "G431": "G43.1"}.get(code)
+    made = look(inspector, tmp_path / "a.ngc", text)[2]
+    assert [title for title in made if title.startswith("Write")] == [f"Write {near} in place of {code}"] * bool(near)
+    assert not any(settles for _path, _text, settles in made.values())
+
+
+@pytest.mark.parametrize(
+    ("ending", "line", "said"),
+    [
+        (".nc", "#1=0\nX10,C#1", ",C0: the size of a corner is greater than 0"),
+        (".nc", "X10,C0", ",C0: the size of a corner is greater than 0"),
+        (".nc", "X10,C#1", ",C: the size of a corner is greater than 0"),
+        (".ngc", "G21 /90 G17 G54", "'/' may only be the first character of a block"),
+        (".ngc", "G-17", "G-17 is not a code"),
+        (".ngc", "#1=SQRT[4]+FIX[2.7]", "+: a sign without a number; write the number, or brackets around"),
+        (".h", "FN 4: Q2 = +1 : +2", "expected DIV, found :; write FN 4: Q1 = value DIV value"),
+        (".h", "FN 3: Q2 = +1 DIV +2", "DIV belongs to FN 4; write *, or FN 4: in place of FN 3:"),
+        (".h", "CYCL DEF 99.1", "CYCL DEF 99 is not executed"),
+        (".h", "CYCL DEF 101 X", "CYCL DEF 101 is not executed"),
+        (".h", "CYCL DEF 10.0 ROTATION\nCYCL DEF 102 ROT+3", "CYCL DEF 102 is not executed"),
+    ],
+)
+def test_what_is_no_slip_is_told_as_it_is(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, said: str
+) -> None:
+    found = check(inspector, tmp_path / f"a{ending}", embed(ending, line))
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert item.message.startswith(said)
+    assert not any(fix.settles for fix in find_fixes(inspector, found, item, {found.path: found.source}, NEVER))
+
+
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [
+        ("Q2=9\nFN 9: IF +1 EQU +1 GOTO LBL1\nQ2=0\nLBL 1", 9),
+        ("Q1=6\nFN 4: Q2 = +Q1DIV+2", 3),
+        ("Q1=6\nFN 4: Q2 = +Q1 DIV2", 3),
+        ("FN 5: Q2 = SQRT4", 2),
+        ("FN 6: Q2 = SIN30", 0.5),
+        ("FN 8: Q2 = +3LEN+4", 5),
+        ("Q1=3\nFN 8: Q2 = +4LENQ1", 5),
+        ("FN 0: Q2 = +1,5", 1.5),
+    ],
+)
+def test_words_of_fn_need_no_blanks(inspector: Inspector, tmp_path: Path, line: str, value: float) -> None:
+    """Where the value is another one, the jump over a line that cannot be read is not taken."""
+    path, lines = tmp_path / "a.h", f"{line}\nFN 9: IF +Q2 EQU +{{}} GOTO LBL 7\nX\nLBL 7"
+    for wanted, codes in ((value, []), (value + 1, ["VP002"])):
+        found = check(inspector, path, embed(".h", lines.format(wanted))).findings
+        assert [one.code for one in found if one.severity == "error"] == codes
+
+
+@pytest.mark.parametrize(
+    ("ending", "line", "right"),
+    [
+        (".ngc", "G53 G0 ZI0", ("ZI0", "Z10")),
+        (".ngc", "XI3", ("XI3", "X13")),
+        (".ngc", "2G0", ("2G0", "G20")),
+        (".ngc", "9G1", ("9G1", "G91")),
+        (".ngc", "G17O", ("G17O", "G17")),
+        (".ngc", "X-+5", ("X-+5", "X+5")),
+    ],
+)
+def test_what_may_be_meant_is_not_preferred(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, right: tuple[str, str]
+) -> None:
+    text = embed(ending, line)
+    message, marked, made = look(inspector, tmp_path / f"a{ending}", text)
+    assert (marked, message.endswith(f"{right[1]} may be meant")) == (right[0], True)
+    assert [(fixed, settles) for _path, fixed, settles in made.values()] == [(text.replace(*right), False)]
+
+
 ZERO = "o<a> sub\nX#<_q>\n0<a> endsub\no<b> sub\no<b> endsub\n#<_q>=5\no<a> call"
 ENDLESS = "#1=3\n{}\nX#1\n{}"
 
@@ -506,10 +588,10 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".ngc", "G4 0.3", "the time of G4", "0.3", ("4 0.3", "4 P0.3")),
         (".nc", "G28 91 Z0", "so that this is G2891", "G28", ("28 91", "28 G91")),
         (".nc", "6G9", "a digit before its letter", "6G9", ("6G9", "G69")),
-        (".ngc", "G3 3Y1 J11", "a digit before its letter", "3", None),
+        (".ngc", "G3 3Y1 J11", "a digit before its letter", "3Y1", None),
         (".ngc", "X5 A0 0C", "a digit before its letter", "0C", ("0C", "C0")),
-        (".ngc", "G433 H1", "did you mean G43?", "G433", ("433", "43")),
-        (".nc", "G531", "did you mean G53.1?", "G531", None),
+        (".ngc", "G433 H1", "as G43 would be", "G433", ("433", "43")),
+        (".nc", "G531", "as G53.1 would be", "G531", None),
         (".ngc", "G-1 X5", "did you mean G1?", "G-1", ("-1", "1")),
         (".nc", "N90 #101 10", "an = is missing", "10", ("101 10", "101= 10")),
         (".ngc", "#<d> [2*3]", "an = is missing", "[", ("> [", ">= [")),
@@ -599,7 +681,7 @@ def test_a_program_that_stands_twice_or_ends_before_it_begins(
     inspector: Inspector, tmp_path: Path, ending: str, n_copies: int, head: str, code: str, line: int
 ) -> None:
     text = head + embed(ending, "X5") * n_copies
-    (item,) = check(inspector, tmp_path / f"a{ending}", text).findings
+    item = next(iter(check(inspector, tmp_path / f"a{ending}", text).findings))
     assert (item.code, item.line) == (code, line)
 
 

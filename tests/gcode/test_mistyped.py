@@ -7,8 +7,13 @@ from typing import Any
 
 import pytest
 
+from verne_post import check
+from verne_post.base.suggestions import find_correction
 from verne_post.gcode.mistyped import correct_line, execute_as_meant, explain_unknown
 from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.siemens.vocabulary import GROUP_OF, NO_EFFECT
+from verne_post.model.findings import Finding
+from verne_post.model.options import Options
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,0")
 #: Language -> a program with a place for lines, and the number of the first of them.
@@ -540,3 +545,45 @@ def test_two_words_that_are_each_taken_for_the_other_end() -> None:
     errors, rest = execute_as_meant("FOOO SUAP FOOO", lambda: None, execute, correct_line)
     assert [(one.message[:4], one.column) for one in errors] == [("SUAP", 6), ("FOOO", 1), ("FOOO", 11)]
     assert rest is None
+
+
+def list_slips(word: str, characters: str) -> list[str]:
+    """All words that one character makes of a word: lost, twice, one too many, another one, or at another place."""
+    places = range(len(word))
+    lost = [word[:at] + word[at + 1 :] for at in places]
+    swapped = [word[:at] + word[at + 1 : at + 2] + word[at] + word[at + 2 :] for at in places]
+    more = [word[:at] + one + word[end:] for at in places for one in (*characters, word[at]) for end in (at, at + 1)]
+    return [one for one in dict.fromkeys((*lost, *swapped, *more, *(word + one for one in characters))) if one != word]
+
+
+@pytest.mark.parametrize("slip", ["COMPO", "FFWO", "ORIKS", "TOWCS", "WALIMO"])
+def test_a_slip_of_two_words_is_taken_for_neither(slip: str) -> None:
+    assert explain_unknown("", slip, map(str, GROUP_OF), map(str, NO_EFFECT)) == ""
+
+
+def list_automatic(item: Finding) -> list[tuple[str, str]]:
+    """What is executed, or preferred by an editor, in place of what is written."""
+    correction = find_correction(item.message)
+    edits = [(one.misspelt, one.value) for one in item.edits if one.misspelt and not one.is_choice]
+    return edits if correction is None else [correction, *edits]
+
+
+OF_ALL_MOVES = ("G10", "G17", "G18", "G19", "G20", "G21", "G50", "G70", "G71", "G90", "G91")
+LIKE_DIGITS = str.maketrans("OI", "01")
+
+
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc", "siemens"])
+@pytest.mark.parametrize("word", [*OF_ALL_MOVES, "G2", "G3", "M3", "M4", "X5", "X-5", "Y+12.5", "A-30", "Z0", "C10"])
+def test_no_correction_changes_units_plane_distance_axis_or_sense(machine: Any, dialect: str, word: str) -> None:
+    options = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    for slip in list_slips(word, "O1I0,.-+ GX9"):
+        text = f"G17 G90 G54 G94\nG0 X1 Y1 Z50 A0 C0\nG1 F500 X2\n{slip}\nM30\n"
+        for item in check(text.encode(), machine, options).findings:
+            for wrong, right in list_automatic(item):
+                told = f"{slip}: {item.message}"
+                characters = re.sub(r"[\s=]", "", wrong.upper().translate(LIKE_DIGITS))
+                letters, right_letters = (re.sub(r"[^A-Z]", "", one.upper()) for one in (wrong, right))
+                assert right_letters in letters or (not letters and right_letters in "NO"), told
+                assert "-+" not in wrong and ("-" in wrong) >= ("-" in right), told
+                if right.upper() in OF_ALL_MOVES and (dialect == "siemens" or right.upper() not in ("G70", "G71")):
+                    assert re.sub(r"(.)(?=\1)", "", characters.replace(",", "").replace(".", "")) == right.upper(), told

@@ -1223,7 +1223,7 @@ _START = "G54 G90 G17 D0\nG0 X0 Y0 Z50 F500 S9 M3\n"
     ("dialect", "text", "wanted"),
     [
         # up to the next label, and not behind it
-        ("siemens", f"{_START}GOTOF ENDE1\nDIES IST\nG1 X1O\nENDE:\nDIES IST\nM30\n", [("VP023", 3), ("VP002", 7)]),
+        ("siemens", f"{_START}GOTOF ENDE1\nDIES IST\nG1 X1O\nENDE:\nDIES IST\nM30\n", [("VP023", 3), ("VP001", 7)]),
         (
             "siemens",
             f"{_START}R5=7\nCASE R5 OF 1 GOTOF L1 2 GOTOF L2 DEFAULT GOTOF L3\nTEXT EINS\nL1:\nG888\nL2:\nM30\n",
@@ -1241,7 +1241,7 @@ _START = "G54 G90 G17 D0\nG0 X0 Y0 Z50 F500 S9 M3\n"
         ("siemens", f"{_START}GOTOB ENDE\nTEXT EINS\nENDE:\nG888\nM30\n", [("VP023", 3), ("VP002", 6)]),
         ("siemens", f"{_START}GOTOF ENDE\nTEXT EINS\nENDE\nG888\nM30\n", [("VP001", 5), ("VP002", 6)]),
         # a jump back passes over nothing
-        ("siemens", f"{_START}GOTOB ENDE1\nTEXT EINS\nENDE:\nM30\n", [("VP023", 3), ("VP002", 4)]),
+        ("siemens", f"{_START}GOTOB ENDE1\nTEXT EINS\nENDE:\nM30\n", [("VP023", 3), ("VP001", 4)]),
         (
             "heidenhain",
             "BEGIN PGM P MM\nL X+0 Y+0 Z+50 FMAX\nFN 9: IF +0 EQU +0 GOTO LBL 21\nBLAH BLAH\nLBL 20\nFOO 1\nM30\n"

@@ -43,7 +43,7 @@ def find_meant_motion(source: Text, program: Program, findings: Sequence[Finding
             continue
         if (turn := _find_turn_back(source, program, item, at, doubts)) is not None:
             return turn
-        if (doubt := next((one for one in doubts if _concerns(program, one, item, at)), None)) is not None:
+        if (doubt := next((one for one in doubts if _is_about_same_place(program, one, item, at)), None)) is not None:
             return Remedy(
                 f"{NOT_TRIED}settle {doubt.code} of line {doubt.line} first, because of which another motion may be "
                 "meant; no move of the part cures that"
@@ -63,7 +63,7 @@ def _find_move(program: Program, item: Finding) -> int:
     return int(np.flatnonzero(own)[0]) if own.any() else -1
 
 
-def _concerns(program: Program, doubt: Finding, item: Finding, at: int) -> bool:
+def _is_about_same_place(program: Program, doubt: Finding, item: Finding, at: int) -> bool:
     """Whether a doubt is about a line of an error, or about one before it in the same plane and place of the table."""
     line, last = item.line or 0, item.last_line or item.line or 0
     if any(line <= (one or 0) <= last for one in (doubt.line, doubt.last_line)):

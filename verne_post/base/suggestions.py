@@ -16,9 +16,12 @@ _MOST_NAMED: Final = 3
 #: Of numbers in which another digit is a slip; of labels, of which a program has few.
 _LEAST_DIGITS: Final = 3
 DIGITS_OF_LABELS: Final = 2
+#: The end of a message about a word for which another reading is as likely: nothing is executed as it.
+MAY_BE_MEANT: Final = " may be meant"
 _CODE: Final = re.compile(r"[GM]\d+")
 #: Letters that are typed for the digits they look like, and digits for letters.
 _ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
+_DIGITS: Final = str.maketrans("OIL", "011")
 
 
 _T = TypeVar("_T")
@@ -53,15 +56,20 @@ def suggest(word: str, *names: Iterable[str]) -> str:
 def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False, least: int = _LEAST_LETTERS) -> str:
     """The name that is meant, of the first group that has one near; empty where none has.
 
-    That is the first name that one slip turns into ``word``; else, unless ``slip_alone``, the most similar one.
+    That is the one name that one slip turns into ``word``; else, unless ``slip_alone``, the most similar one. Of
+    several, as of COMPO for COMPON and COMPOF, none is meant more than the others.
     ``least`` letters are enough for a slip.
     """
     for group in names:
         known = list(group)
-        near = [next((name for name in known if _is_one_slip(word, name, least)), "")]
-        if not near[0] and not slip_alone:
+        near = [name for name in dict.fromkeys(known) if _is_one_slip(word, name, least)]
+        if len(near) > 1 and slip_alone:  # the same characters, in another order, or another one that looks so
+            near = [name for name in near if sorted(word.translate(_DIGITS)) == sorted(name.translate(_DIGITS))]
+            if len(near) != 1:
+                return ""
+        if not near and not slip_alone:
             near = difflib.get_close_matches(word, known, n=1)
-        if near and near[0]:
+        if near:
             return near[0]
     return ""
 
@@ -143,7 +151,13 @@ def _is_a_digit_away(number: str, other: str) -> bool:
 def find_correction(message: str) -> tuple[str, str] | None:
     """What a message says is written, and what is meant: of "SUAP: ...; did you mean SUPA?"; None where it does not."""
     found = re.search(r"^([^:]+): .*; did you mean (\S+(?: (?!or )\S+)?)\?$", message)
-    return None if found is None else (found[1], found[2])
+    if found is None or (" " in found[2] and _join_characters(found[1]) != _join_characters(found[2])):
+        return None  # a blank may be what is missing; else these are several words
+    return found[1], found[2]
+
+
+def _join_characters(words: str) -> str:
+    return re.sub(r"[\s\[\]]", "", words).upper()
 
 
 def find_suggestion(message: str) -> str:

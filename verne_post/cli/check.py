@@ -19,7 +19,7 @@ from verne_post.cli.common import (
     read_program_text,
     refuse,
 )
-from verne_post.cli.files import RunFiles, Unreadable, is_dash, show_name
+from verne_post.cli.files import FileError, RunFiles, Unreadable, is_dash, show_name
 from verne_post.cli.options import (
     FILE,
     INPUT,
@@ -218,17 +218,6 @@ def command(
     return find_gravest(statuses)
 
 
-#: What is raised where verne-post itself has a fault.
-_FAULTS: Final = (
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    LookupError,
-    NameError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-)
 _REPORT_FAULT: Final = (
     "Report it with the program INPUT; VERNE_POST_TRACEBACK=1 verne-post check INPUT shows where it happened."
 )
@@ -257,7 +246,9 @@ def _check_one(
             result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
         except MemoryError:
             result = refuse_program(make_input_error("VP022", f"{shown}: memory is used up"))
-        except _FAULTS as error:  # of verne-post: the program has no verdict, and the others go on
+        except (click.Abort, click.exceptions.Exit, FileError):
+            raise  # the run is to end
+        except Exception as error:  # of verne-post: the program has no verdict, and the others go on
             if os.environ.get("VERNE_POST_TRACEBACK"):
                 raise
             text = f"internal error: {type(error).__name__}: {error}"

@@ -196,6 +196,8 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         return ExitStatus.INTERRUPTED
     except OSError as error:  # a full disk, a device that went away
+        if os.environ.get("VERNE_POST_TRACEBACK"):
+            raise
         echo(f"verne-post: {_describe_failure(error)}", err=True)
         drop(sys.stdout)
         return ExitStatus.UNUSABLE

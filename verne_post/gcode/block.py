@@ -50,6 +50,8 @@ _KEYWORD: Final = re.compile(rf"(?:{'|'.join(sorted(KEYWORDS, key=len, reverse=T
 _OPERAND: Final = r"(?:#(?:\d+|<[^>]*>)|\[[^\[\]]*\]|\d+\.?\d*|\.\d+)"
 #: What stands between two operands; a sign that stands at the second alone may be of a word without its letter.
 _OPERATOR: Final = r"[ \t]*(?:[*/]|(?<![ \t])[-+]|[-+](?=[ \t]))[ \t]*"
+#: Words that no expression gives a number.
+_CODE_BEFORE: Final = re.compile(r"[GMNT][ \t]*$", re.IGNORECASE)
 #: An expression without its brackets, behind a letter or =.
 _EXPRESSION: Final = re.compile(rf"(?<=[A-Za-z= \t])(?:[-+][ \t]*)?{_OPERAND}(?:{_OPERATOR}{_OPERAND})+")
 
@@ -354,7 +356,11 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
     if error.code != "VP001" or text[at : at + 1] not in ("+", "-", "*", "/"):
         return None
     found = next((one for one in _EXPRESSION.finditer(text) if one.start() < at < one.end()), None)
-    if found is None or text.count("[", found.start(), at) > text.count("]", found.start(), at):
+    if (
+        found is None
+        or _CODE_BEFORE.search(text, 0, found.start())
+        or text.count("[", found.start(), at) > text.count("]", found.start(), at)
+    ):
         return None
     right = f"[{found[0]}]"
     is_closed = text[found.end() : found.end() + 1] == "]" and text.count("[") < text.count("]")
@@ -375,6 +381,8 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
         return "'$': this machine has one spindle, numbers of spindles mean nothing here"
     if character in "0123456789+-.":
         number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
+        if not any(sign.isdigit() for sign in number):
+            return f"{number}: a sign without a number; write the number, or brackets around an expression: X[5+#1]"
         if (first or has_number) and number in _CODES_WITH_POINT:
             return f"{number}: a number without a letter before it; did you mean G{number}?"
         code = "G" if len(number) <= len("99") else "S"

@@ -53,8 +53,8 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
     edits: tuple[Remedy, ...] = ()
     # CL files have no H: what stands for theirs has the first column
     if letter == "H" and at.columns.get("H", 1) != 1 and not stands_in((state.tools or {}).get(own or 0, ASSUMED_TOOL)):
-        held = describe_tool_number(own or 0, state.tool_names)
-        why = f"{held} is in the spindle, and the set-up, or the tool table, has no {name} "
+        tool = describe_tool_number(own or 0, state.tool_names)
+        why = f"{tool} is in the spindle, and the set-up, or the tool table, has no {name} "
         why += f"(add it there if H{number} is meant); did you mean H{own}?"
         key = find_tool_key(number, "length", state.tool_names)
         return at.error("VP012", f"H{number}: {why}", "H", name, key)

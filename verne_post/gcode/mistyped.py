@@ -12,7 +12,7 @@ from typing import Final
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name_pasted, translate_pasted
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.suggestions import find_correction, find_meant
+from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
 
@@ -25,12 +25,18 @@ _COMMA: Final = re.compile(
 )
 _ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
 COMMA_BEHIND: Final = "a comma after a number"
+_TWO_SIGNS: Final = "two signs before a number"
+_BEFORE_LETTER: Final = "a digit before its letter"
+_I_IN_NUMBER: Final = "the letter I in a number"
+_AFTER_CODE: Final = "the letter O after the code"
+#: Codes on which all moves behind them depend: nothing but their own digits is executed as one of them.
+OF_ALL_MOVES: Final = ("G10", "G17", "G18", "G19", "G20", "G21", "G50", "G70", "G71", "G90", "G91")
 #: An address with a number in which a character is too many: what it is, and the parts that stay.
 _TOO_MANY: Final = (
     (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), COMMA_BEHIND),
     (re.compile(rf"{_ADDRESS}([-+]?\d*\.)\.+(\d*)(?![\d.])", re.IGNORECASE), "two points in a number"),
     (re.compile(rf"(?<![(,]){_ADDRESS}([-+]?\d*,),+(\d+)(?![\d.,)])", re.IGNORECASE), "two commas in a number"),
-    (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), "two signs before a number"),
+    (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), _TWO_SIGNS),
 )
 #: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning; Ql alone is Q1.
 _LETTER_L: Final = re.compile(
@@ -58,7 +64,6 @@ _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+)(?![
 _NO_EQUALS: Final = "words have no ="
 _SIGNED_WORD: Final = re.compile(r"[XYZABCUVWIJKQR]=\d.*", re.IGNORECASE)
 _NO_MACRO_WORD: Final = "no word of custom macros"
-_BEFORE_LETTER: Final = "a digit before its letter"
 #: Words of Fanuc whose numbers have a point as a rule.
 _WITH_POINT: Final = re.compile(r"[ABCFIJKQRUVWXYZ][-+]?\d+", re.IGNORECASE)
 _DIVIDED_NUMBER: Final = re.compile(r"(?<![A-Za-z_])[A-Z][-+]?\d+([lI])(?:\.\d*|\d+\.?\d*)(?![\w.])")
@@ -74,21 +79,13 @@ _WRONG_ORDER: Final = (
     (re.compile(r"(?<![\w#>])([A-Z])=([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE), _NO_EQUALS, r"\1\2"),
     (re.compile(r"(#)[lI](\d*)(?!\w)"), "a letter in a number", r"\g<1>1\2"),
     (re.compile(r"(?<=[\[ =+*/-])()[lI]()(?=[ \t]*\])"), "a letter in a number", "1"),
-    (
-        re.compile(r"(?<![A-Z_])([A-HJ-Z][-+]?)I(\d+\.?\d*)(?![\w.])", re.IGNORECASE),
-        "the letter I in a number",
-        r"\g<1>1\2",
-    ),
+    (re.compile(r"(?<![A-Z_])([A-HJ-Z][-+]?)I(\d+\.?\d*)(?![\w.])", re.IGNORECASE), _I_IN_NUMBER, r"\g<1>1\2"),
     (
         re.compile(r"(?<![A-Z_])([A-HJ-Z#][-+]?\d+\.?\d*)I()(?![ \t]*[-+.\d#\[=])", re.IGNORECASE),
-        "the letter I in a number",
+        _I_IN_NUMBER,
         r"\g<1>1",
     ),
-    (
-        re.compile(r"(?<![A-Z_])([A-HJ-Z][-+]?)I()(?=[ \t]*(?:[A-Z(;]|$))", re.IGNORECASE),
-        "the letter I in a number",
-        r"\g<1>1",
-    ),
+    (re.compile(r"(?<![A-Z_])([A-HJ-Z][-+]?)I()(?=[ \t]*(?:[A-Z(;]|$))", re.IGNORECASE), _I_IN_NUMBER, r"\g<1>1"),
     (re.compile(r"(#\d+)[lI]()(?=[ \t]*[-+*/\]])"), "a letter in a number", r"\g<1>1"),
     (
         re.compile(r"(?<![\w\]=\[*/+-])([-+])([A-Z])(\d+\.?\d*|\.\d+)(?![\w.])", re.IGNORECASE),
@@ -248,8 +245,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     if item.code == "VP002" and dialect in _BLOCKS and (match := _CHANGED_BEHIND_CODE.match(text, item.column - 1)):
         right = f"{match[2]}{match[1]}{match[3]}"
         wrong, column = f"{match[1]}{match[2]}{match[3]}", match.start(1) + 1
-        edit = Remedy(f"write {right}", right, line=item.line, misspelt=wrong)
-        message = f"{wrong}: {_BEFORE_LETTER}; did you mean {right}?"
+        edit = Remedy(f"write {right}", right, line=item.line, misspelt=wrong, is_choice=True)
+        message = f"{wrong}: a digit before its letter; {right}{MAY_BE_MEANT}"
         return replace(item, code="VP001", message=message, column=column, edits=(edit,), settled_by=())
     if item.code == "VP002" and dialect in _BLOCKS and (match := _WITHOUT_LETTER.match(text, item.column - 1)):
         code, number = match[1].upper(), match[2]
@@ -297,7 +294,10 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
                 )
             ):
                 found = (f"{found[0].removesuffix('?')}.?", *found[1:])
-            item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
+            edits: tuple[Remedy, ...] = ()
+            if found[0].endswith(MAY_BE_MEANT):
+                edits = (Remedy(f"write {found[3]}", found[3], line=item.line, misspelt=found[2], is_choice=True),)
+            item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=edits)
             if _is_sign_or_none(found[2], dialect):  # the keys of = and - are neighbours
                 signs = (found[3], f"{found[3][0]}-{found[3][1:]}")
                 edits = tuple(
@@ -305,7 +305,7 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
                 )
                 return replace(item, message=f"{found[2]}: {_NO_EQUALS}; write {' or '.join(signs)}", edits=edits)
     elif item.code == "VP006" and (match := _NUMBER_WITH_I.match(text.strip())) and "I" in item.message:
-        message, _begin, *_words = _report(match, "the letter I in a number", match[0].upper().replace("I", "1"))
+        message, _begin, *_words = _report(match, _I_IN_NUMBER, match[0].upper().replace("I", "1"))
         item = replace(item, code="VP001", message=message, column=text.index(match[0]) + 1, edits=())
     elif item.code == "VP006" and dialect in _BLOCKS and (match := _find_divided(text, item.column)):
         right = re.sub("[lI]", "1", match[0])
@@ -354,7 +354,7 @@ def correct_number(text: str, error: ProgramError, dialect: str = "") -> str | N
     if error.column is None or not (error.code in UNREADABLE or _is_value(text, error.column, error.code)):
         return None
     found = _find_number(text, error.column, dialect)
-    if found is None or _is_sign_or_none(found[2], dialect):
+    if found is None or found[0].endswith(MAY_BE_MEANT) or _is_sign_or_none(found[2], dialect):
         return None
     error.message, begin, wrong_word, right_word = found
     error.code, error.column, error.edits = "VP001", begin + 1, ()  # a bracket is not what is missing
@@ -372,7 +372,7 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
             if match.start() <= at <= match.end() + n_blanks and _is_number(pattern, match, line):
                 word = "".join(match[0].split())
                 if pattern is _LETTER_O and dialect != "siemens" and _LETTER_TOO_MANY.fullmatch(word):
-                    return _report(match, "the letter O after the code", word[:-1])
+                    return _report(match, _AFTER_CODE, word[:-1])
                 number = "".join(match[1].split()) + match[2].translate(MEANT_CHARACTERS)
                 if match[1].strip().upper() in _COMPARISONS:
                     wrong, right = match[2], match[2].translate(MEANT_CHARACTERS)
@@ -430,7 +430,22 @@ def _is_value(text: str, column: int, code: str) -> bool:
 
 
 def _report(match: re.Match[str], what: str, right_word: str) -> tuple[str, int, str, str]:
-    return f"{match[0]}: {what}; did you mean {right_word}?", match.start(), match[0], right_word
+    meaning = f"{right_word}{MAY_BE_MEANT}" if _is_choice(match[0], what, right_word) else f"did you mean {right_word}?"
+    return f"{match[0]}: {what}; {meaning}", match.start(), match[0], right_word
+
+
+def _is_choice(word: str, what: str, right_word: str) -> bool:
+    """Whether something else is as likely to be meant: nothing is executed then.
+
+    That is another code, of all the moves behind it too, the other sign, or two words: ZI0 is Z with its number lost.
+    """
+    if what == _BEFORE_LETTER:
+        return right_word[0].upper() in "GM"
+    if what == _I_IN_NUMBER:
+        return word[:1].upper() != "N"
+    if what == _AFTER_CODE:
+        return right_word.upper() in OF_ALL_MOVES
+    return what == _TWO_SIGNS and "-+" in word
 
 
 def _name_character(number: str) -> str:

@@ -437,7 +437,7 @@ def _write_marked(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[F
         begin, end = _find_span(item, found.text)
         written = found.text[begin:end].rstrip()
         title = f"Write {remedy.value} in place of {written}"
-        yield Fix(title, found.path, found.text, begin, begin + len(written), remedy.value)
+        yield Fix(title, found.path, found.text, begin, begin + len(written), remedy.value, is_choice=remedy.is_choice)
 
 
 def _write_here(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:

@@ -11,7 +11,7 @@ from pygls.uris import from_fs_path
 from verne_post.app.python_names import PLACE, replace_options
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of
-from verne_post.base.suggestions import find_correction
+from verne_post.base.suggestions import MAY_BE_MEANT, find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding, describe, describe_trial
@@ -80,8 +80,10 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
         word = _WORD.match(line, begin)
         end = word.end() if word else begin
         correction = find_correction(item.message)
-        if correction is not None and line[begin:].upper().startswith(correction[0].upper()):
-            end = begin + len(correction[0])
+        wrong = next((one.misspelt for one in item.edits if item.message.endswith(f"; {one.value}{MAY_BE_MEANT}")), "")
+        wrong = wrong if correction is None else correction[0]
+        if wrong and line[begin:].upper().startswith(wrong.upper()):
+            end = begin + len(wrong)
     elif word := _find_own_word(item, line, at):
         begin, end = word.span()
     elif item.code in _ABOUT_FILES:

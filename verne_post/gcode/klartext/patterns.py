@@ -10,6 +10,7 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import (
     MACHINING,
     PATTERNS,
+    Head,
     complete,
     find_cycle_of,
     find_parameter,
@@ -38,6 +39,8 @@ _NEEDS: Final = {
 }  # fmt: skip
 _ALLOWED_WORDS: Final = {"POS": ("Z",), "ROW": ("ROT", "Z"), "PAT": ("ROT", "Z"), "CIRC": ("Z",), "PITCHCIRC": ("Z",)}
 _FULL_TURN: Final = 360.0
+#: The last lines of settings that have more than one with values: 7.1 X, 7.2 Y, 7.3 Z, and 32.2.
+_LAST_PARTS: Final = {7: 9, 32: 2}
 #: A cycle in which all of these are 0 does nothing; threads may have a countersink alone.
 _DEPTHS: Final = (Q.DEPTH, Q.SINKING_DEPTH, Q.FRONT_DEPTH)
 #: What ends the calls of M89.
@@ -104,7 +107,7 @@ class KlartextPatterns:
             raise statement.error("VP001", text, head.begin)
         if number in REFUSED_CYCLES:
             raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", head.begin)
-        if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT and (number // 10) in SETTINGS:
+        if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT and self._has_lost_point(head):
             digits = statement.rest[head.begin :].split()[0]
             right = f"{number // 10}.{number % 10}"
             text = f"{digits}: the point in the number is missing; did you mean {right}?"
@@ -137,6 +140,12 @@ class KlartextPatterns:
         self.assigned_values = {name: given.get(name, value) for name, value in self.assigned_values.items()}
         self.waiting.refuse(f"CYCL DEF {number}")
         self._run_pattern(statement, number, q)
+
+    def _has_lost_point(self, head: Head) -> bool:
+        """Whether a number, as 71, is that of a line of a setting: the first one, or one of the cycle before."""
+        cycle, part = divmod(head.number, 10)
+        is_open = not part or (self.settings.open_cycle == cycle and part <= _LAST_PARTS.get(cycle, 1))
+        return head.part is None and cycle in SETTINGS and is_open
 
     def report_uncalled_cycle(self, until: str) -> None:
         """VP023: the cycle defined last is not called before the next one, or the end, and the tool has moved."""

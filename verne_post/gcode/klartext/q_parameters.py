@@ -17,6 +17,11 @@ _ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
 #: In the lines that ~ adds to an assignment: they are parameters of a cycle.
 _NEXT_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _OPERATORS: Final = {1: r"\+", 2: "-", 3: r"\*", 4: "/|DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 13: "ANG"}
+#: The same as messages name them.
+_NAMES: Final = {number: "DIV" if number == 4 else sign.lstrip("\\") for number, sign in _OPERATORS.items()}
+_LETTER_FOR_1: Final = re.compile(r"([-+]?\d+)[lI](?!\w)")
+#: Where a part of FN ends: a word before anything but a letter, a number before anything but a digit, as in Q1DIV+2.
+_END_OF_PART: Final = r"(?:(?<![A-Z])|(?![A-PR-Z_]|Q(?![LRS]?\d)))(?:(?<!\d)|(?![\d_]))"
 _ANY_LABEL: Final = r"\"[^\"]*\"|\d+|QS\d+"
 _DEFINITION_TEST: Final = re.compile(
     r"IF[ \t]+(Q[LRS]?\d+)[ \t]+IS[ \t]+(UNDEFINED|DEFINED)[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ "
@@ -277,9 +282,9 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
         raise statement.error("VP001", DOUBLE_EQUALS, match.end() + rest.index("=="))
     parts = [("Q1", r"Q[LR]?\d+"), ("=", "="), ("value", VALUE)]
     if number in (5, 6, 7):
-        parts.insert(2, (_OPERATORS[number], _OPERATORS[number]))
+        parts.insert(2, (_NAMES[number], _OPERATORS[number]))
     elif number:
-        parts += [(_OPERATORS[number].strip("\\"), _OPERATORS[number]), ("value", VALUE)]
+        parts += [(_NAMES[number], _OPERATORS[number]), ("value", VALUE)]
     (name, *_), values = _match_parts(number, statement, match.end(), parts, parameters)
     value = values[0]
     if number:
@@ -301,7 +306,7 @@ def _match_parts(
     """
     text, found, values = statement.rest.rstrip(), list[str](), list[tuple[int, str]]()
     for name, pattern in [*parts, ("", r"\Z")]:
-        match = re.compile(rf"[ \t]*({pattern})(?:(?<![A-Z0-9_])|(?![A-Z0-9_]))", re.DOTALL).match(text, at)
+        match = re.compile(rf"[ \t]*({pattern}){_END_OF_PART}", re.DOTALL).match(text, at)
         if match is None:
             raise _refuse_part(number, statement, at, parts, name)
         found.append(match[1])
@@ -319,10 +324,15 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
     rest = statement.rest[at:].strip()
     form = f"FN {number}: {' '.join(one for one, _pattern in parts)}"
     word = re.match(r"[^\s]+", rest)
-    other = next((one for one, sign in _OPERATORS.items() if number in _OPERATORS and re.match(sign, rest)), None)
-    if other is not None and number in (1, 2, 3, 4) and name == _OPERATORS[number].strip("\\"):
+    for slip in _LETTER_FOR_1.finditer(statement.rest):
+        if slip.end() == at + 1:
+            edit = Remedy(f"write {slip[1]}1", f"{slip[1]}1", misspelt=slip[0])
+            text = f"{slip[0]}: a letter in the number; write {slip[1]}1"
+            return statement.error("VP001", text, slip.start(), (edit,))
+    other = next((one for one, sign in _OPERATORS.items() if number in _OPERATORS and re.match(sign, rest)), number)
+    if other != number and number in (1, 2, 3, 4) and name == _NAMES[number]:
         sign = re.match(_OPERATORS[other], rest)[0]  # type: ignore[index]
-        right = _OPERATORS[number].strip("\\").split("|")[0]
+        right = _NAMES[number]
         choices = (Remedy(f"write {right}", right, misspelt=sign, is_choice=True),)
         text = f"{sign} belongs to FN {other}; write {right}, or FN {other}: in place of FN {number}:"
         return statement.error("VP001", text, at, choices)

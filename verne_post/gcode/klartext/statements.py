@@ -476,9 +476,9 @@ def _find_path(text: str) -> str:
     if match is None:
         return ""
     kind = "L" if "L" in match[1] else "C"
-    told = next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
+    right = next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
     # of arcs C, CT and CTP have the same words
-    return told or (kind if kind == "L" or match[1] == "CC" else "")
+    return right or (kind if kind == "L" or match[1] == "CC" else "")
 
 
 def _refuse_joined(text: str, column: int, line: int) -> ProgramError:
@@ -564,7 +564,8 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
         return ProgramError("VP001", message, begin + 1, edits=edits)
     if path := _find_path(text[begin:]):
         return ProgramError("VP002", f"{first}: no meaning in this language; did you mean {path}?", begin + 1)
-    near = find_meant(first, (phrase[0] for phrase in phrases), slip_alone=True, least=3)
+    before_number = ("LBL",) if re.fullmatch(r"[ \t]*(?:\d+|\"[^\"]*\")[ \t]*", rest) else ()
+    near = find_meant(first, before_number, (phrase[0] for phrase in phrases), slip_alone=True, least=3)
     ends = [
         phrase[0]
         for phrase in phrases

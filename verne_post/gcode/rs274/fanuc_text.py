@@ -1,5 +1,6 @@
 """Texts of Fanuc programs: how they are recognised, where a listing ends, and lines in the words of RS274/NGC."""
 
+import math
 import re
 from typing import Final
 
@@ -33,6 +34,7 @@ _LISTING: Final = re.compile(
 )
 #: A word without a point, and the comma of a corner.
 _WORD_BEFORE_CORNER: Final = re.compile(r"([A-Z][ \t]*[-+]?\d+),$", re.IGNORECASE)
+_AXIS_BEHIND_COMMA: Final = re.compile(r",[ \t]+C[ \t]*[-+\d.]", re.IGNORECASE)
 _NUMBER_WITH_O: Final = re.compile(r"[ \t/]*(N\d+O0*)(?!\w)", re.IGNORECASE)
 #: Lines that are looked at.
 _HEADER_LINES: Final = 200
@@ -157,10 +159,14 @@ def read_corner(text: str, values: Values) -> tuple[str, tuple[str, float] | Non
     reader = ValueReader(characters, places, values)
     reader.at = at + 2
     size = reader.read_word(letter)
-    if not size > 0 and (word := _WORD_BEFORE_CORNER.search(text, 0, places[at] + 1)):
+    # C0 behind a comma and a blank is an axis; ,C#1 is a corner, whatever the value
+    is_word = _AXIS_BEHIND_COMMA.match(text, places[at]) is not None
+    if not size > 0 and is_word and (word := _WORD_BEFORE_CORNER.search(text, 0, places[at] + 1)):
         right = f"{word[1]}."
         raise ProgramError("VP001", f"{word[0]}: {COMMA_BEHIND}; did you mean {right}?", word.start() + 1)
     if not size > 0:
-        raise reader.error("VP007", f",{letter}{size:g}: the size of a corner is greater than 0", at)
+        raise reader.error(
+            "VP007", f",{letter}{'' if math.isnan(size) else f'{size:g}'}: the size of a corner is greater than 0", at
+        )
     begin, end = places[at], places[reader.at]
     return text[:begin] + " " * (end - begin) + text[end:], (letter, size)

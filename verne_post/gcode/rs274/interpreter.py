@@ -5,6 +5,7 @@ It is exact and complete for the language; long stretches of plain moves are don
 subprograms, which decide where a program goes on, are in :mod:`verne_post.gcode.rs274.flow`.
 """
 
+from collections.abc import Iterable
 from typing import ClassVar, Final
 
 import numpy as np
@@ -54,6 +55,9 @@ _DIGITS_OF_CODES: Final = 2
 _MOST_NAMED: Final = 3
 #: Two digits whose keys are neighbours.
 _KEYS_BESIDE: Final = frozenset(f"{one}{one + step}" for one in range(10) for step in (-1, 1))
+#: Groups of codes on which all moves behind them depend, and G10 and G50: no slip is taken for one of them.
+_OF_ALL_MOVES: Final = ("units", "plane", "distance", "arc distance")
+_OF_SETTINGS: Final = (100, 500)
 _LEAST_PROGRAM: Final = 100  #: Numbers of subprograms are not below it, as a rule.
 #: Words of a tool, and the codes that use them.
 _CODES_BESIDE: Final = {"H": ("G43",), "D": ("G41", "G42")}
@@ -566,14 +570,14 @@ class Rs274(Language):
                 edits = (Remedy(f"write {right_code}", right_code, way="marked"),)
             raise ProgramError("VP002", text, column, about=name, edits=edits)
         if not is_code or code not in self.table.group_of_g:
+            plain_codes = self._list_plain_codes()
             name = spell_g_code(code) if is_code else f"G{number:g}"
             near_codes: list[str] = []
             text = f"{name} is not a code"
             if is_code:
-                near_codes = self._list_near_codes(f"{number:g}")
                 text += " of this language"
                 near = [spell_g_code(one) for one in sorted(self.table.group_of_g) if one // 10 == code // 10]
-                near_codes = near_codes if not moves else []
+                near_codes = self._list_near_codes(f"{number:g}", plain_codes) if not moves else []
                 such = f", such as {' or '.join(', '.join(near).rsplit(', ', 1))}" if near else ""
                 text += f", as {' or '.join(near_codes)} would be" if near_codes else ""
                 text += (
@@ -581,19 +585,23 @@ class Rs274(Language):
                     if moves
                     else f"; {describe_remap(name)}"
                 )
-            full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
-            if full_text == text and (right_code := self._find_near_code(f"{number:g}")):
-                full_text = f"{name}: no meaning in this language; did you mean {right_code}?"
+            full_text = explain_unknown(text, name, map(spell_g_code, plain_codes))
+            if -code in plain_codes and abs(number * 10 - code) <= 10 * WHOLE_NUMBER:
+                full_text = f"{name}: no meaning in this language; did you mean {spell_g_code(-code)}?"
             is_settled = is_code and not moves and full_text == text  # else another code is meant
             near_codes = near_codes if full_text == text else []
             edits = tuple(Remedy(f"write {one}", one, way="marked", is_choice=True) for one in near_codes)
-            raise ProgramError(
-                "VP002", full_text, column, settled_by=("remap", name) if is_settled else (), edits=edits
-            )
+            key = ("remap", name) if is_settled else ()
+            raise ProgramError("VP002", full_text, column, settled_by=key, edits=edits)
         return code
 
-    def _list_near_codes(self, digits: str) -> list[str]:
-        """The few codes that have lost a digit, as G05.1 its 5, or have a key beside or digits swapped; else none."""
+    def _list_plain_codes(self) -> list[int]:
+        groups = self.table.group_of_g.items()
+        return [code for code, group in groups if group not in _OF_ALL_MOVES and code not in _OF_SETTINGS]
+
+    @staticmethod
+    def _list_near_codes(digits: str, codes: Iterable[int]) -> list[str]:
+        """The few codes that have lost a digit or a point, or have a key beside, a digit twice or digits swapped."""
 
         def is_near(name: str) -> bool:
             changes = [one + other for one, other in zip(name, digits, strict=False) if one != other]
@@ -602,24 +610,12 @@ class Rs274(Language):
                 return changes[0] in _KEYS_BESIDE if len(changes) == 1 else is_swapped and not changes[2:]
             return any(name[:at] + name[at + 1 :] == digits for at in range(len(name)))
 
-        names = [spell_g_code(one)[1:] for one in sorted(self.table.group_of_g)]
-        near = [f"G{name}" for name in names if is_near(name) or is_near(f"0{name}")]
+        twice = {digits[:at] + digits[at + 1 :] for at in range(1, len(digits)) if digits[at] == digits[at - 1]}
+        is_slip = len(digits) > _DIGITS_OF_CODES and not digits.endswith("0")  # G200 is one of builders and macros
+        longer = {*twice, f"{digits[:-1]}.{digits[-1]}"} if is_slip else set()
+        names = [spell_g_code(one)[1:] for one in sorted(codes)]
+        near = [f"G{name}" for name in names if name in longer or is_near(name) or is_near(f"0{name}")]
         return near if len(near) <= _MOST_NAMED else []
-
-    def _find_near_code(self, number: str) -> str:
-        """The one code that a sign, a digit twice or moved, or a missing point makes of a number; empty without one."""
-        digits = number.removeprefix("-")
-        near = {digits} if digits != number else set[str]()
-        if digits.isdigit() and len(digits) > _DIGITS_OF_CODES:
-            near = {f"{digits[:-1]}.{digits[-1]}"}
-            near |= {digits[:at] + digits[at + 1 :] for at in range(1, len(digits)) if digits[at] == digits[at - 1]}
-            near |= {
-                digits[:at] + digits[at + 1] + digits[at] + digits[at + 2 :]
-                for at in range(len(digits) - 1)
-                if digits[at] != digits[at + 1]
-            }
-        codes_near = {round(float(one) * 10) for one in near} & self.table.group_of_g.keys()
-        return spell_g_code(codes_near.pop()) if len(codes_near) == 1 else ""
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:
         find_meaning = self.core.auxiliary.find_user_meaning

@@ -4,6 +4,8 @@ import re
 from collections.abc import Callable
 from typing import Final
 
+from verne_post.base.suggestions import MAY_BE_MEANT
+from verne_post.gcode.mistyped import OF_ALL_MOVES
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import NAME, NUMBER, Cursor
 from verne_post.gcode.siemens.values import FUNCTIONS
@@ -55,11 +57,16 @@ def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
     if swapped_word is not None and (swapped_word[2].upper() in ADDRESSES or swapped_word[2].upper() in "GMN"):
         right = f"{swapped_word[2]}{swapped_word[1]}{swapped_word[3]}"
         if not right.endswith(("+", "-")):
-            text = f"{swapped_word[0]}: the letter stands before its number; did you mean {right}?"
-            return cursor.error("VP001", text, at)
+            text = f"{swapped_word[0]}: the letter stands before its number; "
+            if swapped_word[2].upper() in "GM":  # 2G0 may be G0 behind a number without its letter
+                edits = (Remedy(f"write {right}", right, misspelt=swapped_word[0], is_choice=True),)
+                return cursor.error("VP001", f"{text}{right}{MAY_BE_MEANT}", at, edits)
+            return cursor.error("VP001", f"{text}did you mean {right}?", at)
     number = NUMBER.match(text, at)
     if number is not None and (end := _END_WITHOUT_M.fullmatch(text)) is not None and end.start(1) == at:
-        return cursor.error("VP001", f"{end[1]}: the letter before this number is missing; did you mean M{end[1]}?", at)
+        edits = (Remedy(f"write M{end[1]}", f"M{end[1]}", misspelt=end[1], is_choice=True),)
+        text = f"{end[1]}: the letter before this number is missing; {_suggest_word(f'M{end[1]}')}"
+        return cursor.error("VP001", text, at, edits)
     if number is None and (error := explain_equals(cursor, at)) is not None:
         return error
     if rest[0] in "+-" and (signed_number := NUMBER.match(text, at + 1)) is not None:
@@ -93,6 +100,12 @@ def refuse_no_value(cursor: Cursor, name: str, at: int) -> None:
         raise cursor.error("VP001", f"{name}=: the value after = is missing; write it", at)
 
 
+def _suggest_word(word: str) -> str:
+    """Words after which ``word`` is executed, unless other moves or the end depend on it."""
+    is_grave = word.upper() in OF_ALL_MOVES or word[:1] in "Mm"
+    return f"{word}{MAY_BE_MEANT}" if is_grave else f"did you mean {word}?"
+
+
 def explain_signed_count(cursor: Cursor, at: int) -> str:
     """The message about a whole number with a sign, as N-8, or a vector without =; empty for other words."""
     vector = _VECTOR.match(cursor.text, at)
@@ -102,7 +115,7 @@ def explain_signed_count(cursor: Cursor, at: int) -> str:
     return (
         ""
         if match is None
-        else f"{match[0]}: a number after {match[1].upper()} has no sign; did you mean {match[1]}{match[2]}?"
+        else f"{match[0]}: a number after {match[1].upper()} has no sign; {_suggest_word(f'{match[1]}{match[2]}')}"
     )
 
 

@@ -15,7 +15,7 @@ from verne_post.base.suggestions import (
     suggest,
 )
 from verne_post.gcode.codes import REMAP_GIVES
-from verne_post.gcode.mistyped import explain_unknown
+from verne_post.gcode.mistyped import OF_ALL_MOVES, explain_unknown
 from verne_post.gcode.program_error import DOUBLE_EQUALS, GIVE_FILE, ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.slips import (
@@ -91,6 +91,8 @@ _SUBPROGRAM: Final = re.compile(r"(?![A-Z][0-9]+$)[A-Z_][A-Z0-9_]+$")
 _TEXTS: Final = ("T", "T1")
 #: Where a subprogram is looked for.
 _WHERE: Final = "in the folder of the program or a --subroutine-path"
+#: Codes that a misspelt word may be taken for.
+_PLAIN_CODES: Final = tuple(code for code in GROUP_OF if code not in OF_ALL_MOVES)
 
 
 class Word(Struct, frozen=True):
@@ -518,7 +520,7 @@ def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_a
         )
     if not is_alone:
         text = f"{name}: no meaning in this language beside other words of a block; write the intended word"
-        message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT, STATEMENTS)
+        message = explain_unknown(text, name, own_names, _PLAIN_CODES, NO_EFFECT, STATEMENTS)
         return ProgramError("VP002", message, column)
     if find_meant(name, ("RET",), slip_alone=True, least=LETTERS_OF_FUNCTIONS):
         return ProgramError("VP002", f"{name}: no meaning in this language; did you mean RET?", column)
@@ -527,7 +529,7 @@ def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_a
     if near := name_near_numbers(name[1:], numbers, name[0]):
         text += f"the program has {near}; "
     text += f"if it moves no axis, {REMAP_GIVES}"
-    message = explain_unknown(text, name, own_names, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT)
+    message = explain_unknown(text, name, own_names, _PLAIN_CODES, CYCLES, STATEMENTS, NO_EFFECT)
     about = name if message == text else None
     is_cycle = about is None and explain_unknown("", name, CYCLES) != ""  # which moves axes, as nobody may ignore
     return ProgramError("VP002", message, column, about=about, settled_by=() if is_cycle else ("remap", name))
