@@ -64,7 +64,8 @@ def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False, least
         known = list(group)
         near = [name for name in dict.fromkeys(known) if _is_one_slip(word, name, least)]
         if len(near) > 1 and slip_alone:  # the same characters, in another order, or another one that looks so
-            near = [name for name in near if sorted(word.translate(_DIGITS)) == sorted(name.translate(_DIGITS))]
+            same = [name for name in near if sorted(word.translate(_DIGITS)) == sorted(name.translate(_DIGITS))]
+            near = same or [name for name in near if len(name) > len(word)]  # or one that is left out
             if len(near) != 1:
                 return ""
         if not near and not slip_alone:
