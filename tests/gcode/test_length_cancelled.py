@@ -99,7 +99,7 @@ def test_fanuc_refuses_a_turn_under_which_the_named_axis_does_not_come():
     result = vp.check(f"{ISO}G53 G0 Z0.\nG49\nG0 X7. A0. C90.\nM30\n", vp.load_machine("serial"), options("fanuc"))
     ((code, text),) = [(item.code, item.message) for item in result.findings if item.severity == "error"]
     assert code == "VP017"
-    assert "X beside a turn of the table" in text
+    assert "X in one block with a turn of the table" in text
     assert "while Y and Z of the machine stand" in text
 
 
