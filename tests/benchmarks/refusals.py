@@ -36,7 +36,6 @@ WRONG: Final = {
     "part.nc --meta part.nc": "this is the file of INPUT",
     "part.nc --meta -": "only one of them can be standard output",
     "chek part.nc": "did you mean check",
-    "check no": "no such file or folder",
     "check part.nc --ignore VPXX": "is no code",
     "check part.nc --baseline no.json": "--baseline no.json: No such file",
     "batch nowhere -o out": "no such file or folder",

@@ -880,7 +880,7 @@ def test_every_word_is_explained_for_itself() -> None:
         ("FN18", ("Klartext: reads a value of the control",)),
         ("Q336", ("Klartext: a value of CYCL DEF 202, 204, 209: spindle angle",)),
         ("Q339", ("Klartext: a value of CYCL DEF 247: preset number",)),
-        ("SEQ-", ("Klartext: chooses the sign of A",)),
+        ("SEQ-", ("Klartext: chooses the sign of the tilting axis",)),
         ("A3=", ("Siemens: the tool axis",)),
         ("R1", ("Siemens: an R parameter",)),
         ("Q1", ("Klartext: a Q parameter",)),

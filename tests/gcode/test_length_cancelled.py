@@ -100,7 +100,7 @@ def test_fanuc_refuses_a_turn_under_which_the_named_axis_does_not_come():
     ((code, text),) = [(item.code, item.message) for item in result.findings if item.severity == "error"]
     assert code == "VP017"
     assert "X in one block with a turn of the table" in text
-    assert "while Y and Z of the machine stand" in text
+    assert "Y and Z are not named and stand still in the machine" in text
 
 
 def test_a_length_or_a_plane_in_force_holds_what_it_held():

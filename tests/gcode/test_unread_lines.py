@@ -17,7 +17,7 @@ APT = "UNITS/MM\nLOADTL/1\nSPINDL/3000,CLW\nRAPID\nGOTO/0,0,150\n{}\nGOTO/0,0,10
     ("name", "line", "said"),
     [
         ("p.h", "3 LM X-30 Z+100 F1500", "VP002 error: LM: no meaning in this language; did you mean L?"),
-        ("p.h", "3 LL Z+100 F100", "VP002 error: LL: no meaning in this language; did you mean L?"),
+        ("p.h", "3 LL Z+100 F100", "VP001 error: LL: the letter is there twice; did you mean L?"),
         ("p.h", "3 LM Z+100 NX0 NY0 NZ1 F100", "VP002 error: LM: no meaning in this language; did you mean LN?"),
         ("p.h", "3 MOVE Z+100 F1500", "VP002 error: MOVE is not a statement that is executed here"),
         ("p.h", "3 CX Y+10 F AUTO", "VP002 error: CX is not a statement that is executed here"),

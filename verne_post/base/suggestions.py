@@ -60,7 +60,7 @@ def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False, least
     several, as of COMPO for COMPON and COMPOF, none is meant more than the others.
     ``least`` letters are enough for a slip.
     """
-    for group in names:
+    for group in names if word else ():
         known = list(group)
         near = [name for name in dict.fromkeys(known) if _is_one_slip(word, name, least)]
         if len(near) > 1 and slip_alone:  # the same characters, in another order, or another one that looks so
