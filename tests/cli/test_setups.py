@@ -639,7 +639,7 @@ def test_a_set_up_stands_for_its_program(folder: Path, run: Callable[..., Any]) 
     run("batch", "part.nc.toml", "-o", "out")
     assert Path("out/part.csv").exists()
     Path("part.nc").unlink()
-    assert "part.nc: no such file" in run("check", "part.nc.toml").err
+    assert "part.nc: VP022 error: No such file" in run("check", "part.nc.toml").out
 
 
 def test_every_ending_of_a_language_is_looked_for_in_folders() -> None:
@@ -810,7 +810,7 @@ def test_what_is_missing_is_filled_in_in_the_set_up_that_was_named(run, folder, 
 
     assert "Fill in the length in part.nc.toml, which verne-post setup part.nc writes" in say()
     said = say("--setup", "other.toml")
-    completes = "verne-post setup part.nc --setup other.toml -o other.toml"
+    completes = "verne-post setup part.nc -o other.toml --setup other.toml"
     assert f"Fill in the length in other.toml, which {completes} writes" in said
     assert "part.nc.toml" not in said
     assert run(*completes.split()[1:]).code == 0
