@@ -20,6 +20,8 @@ _NEXT: Final = re.compile(r"[ \t]+(\w+)")
 _LETTER_NUMBER: Final = re.compile(r"([A-Z])\d+")
 #: A word with a number that another digit follows.
 _LAST_VALUE: Final = re.compile(r"(?<![A-Za-z_])[A-Za-z]\w*[ \t]*=?[ \t]*[-+]?(?:\d+\.?\d*|\.\d+)$")
+#: Characters of a name that a control knows, so that a long one takes no time.
+_LONGEST_NAME: Final = 40
 #: A block that is the end of a program without its M.
 _END_WITHOUT_M: Final = re.compile(r"(?:N\d+[ \t]+)?(30|0?2|17)[ \t]*", re.IGNORECASE)
 #: A number of a block, code, tool or edge with a sign.
@@ -169,11 +171,11 @@ def explain_glued(name: str, text: str, at: int, is_variable: Callable[[str], bo
     ):
         end = match.end(1)
         return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
-    for end in range(len(name) - 1, 1, -1) if not rest.startswith(("(", "=")) else ():
+    for end in range(min(len(name) - 1, _LONGEST_NAME), 1, -1) if not rest.startswith(("(", "=")) else ():
         if is_variable(name[:end]) and name[0] != "R" and (name[end:].isdigit() or is_variable(name[end:])):
             return f"{written_text}: an = is missing; did you mean {written_text[:end]}={written_text[end:]}?"
     letters = name.rstrip("0123456789")
-    for end in range(1, len(name)) if letters == name or letters not in ADDRESSES else ():
+    for end in range(1, min(len(name), _LONGEST_NAME)) if letters == name or letters not in ADDRESSES else ():
         value = name[end:]
         is_value = is_variable(value) if not rest.startswith(("(", "=")) else value in VALUE_MODES and rest[0] == "("
         if is_value and value != "R" and name[:end] in ADDRESSES:
@@ -212,7 +214,7 @@ def find_lost_bracket(cursor: Cursor, at: int, is_subprogram: Callable[[str], bo
     name = NAME.match(rest)
     if name is None or code.count(")") != code.count("(") + 1:
         return None
-    for end in range(name.end(), 1, -1):
+    for end in range(min(name.end(), _LONGEST_NAME), 1, -1):
         known_name = rest[:end].upper()
         value = rest[end:].lstrip(" \t")
         if value and (known_name in CYCLES or known_name in NO_EFFECT or is_subprogram(known_name)):
@@ -234,7 +236,7 @@ def explain_blanks(name: str, text: str, at: int, is_subprogram: Callable[[str],
         is_label = text[following.end() :].strip() == ":"
         if is_label or any(whole in known_name for known_name in words) or is_subprogram(whole):
             return f"{written_text}{following[0]}: a blank is in the word; did you mean {written_text}{following[1]}?"
-    for end in range(len(name) - 1, _LEAST - 1, -1):
+    for end in range(min(len(name) - 1, _LONGEST_NAME), _LEAST - 1, -1):
         if not any(name[:end] in known_name for known_name in words[:3]):
             continue
         address, following_word = _LETTER_NUMBER.fullmatch(name[end:]), name[end:]
