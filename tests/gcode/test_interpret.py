@@ -387,14 +387,14 @@ VP005 1:1   X1e3
 VP006 1:6   G0 X1e3
 VP001 1:5   G0 X½
 # parameters and expressions
-VP001 1:6   G0 #1
+VP001 1:4   G0 #1
 VP001 1:9   G0 X[1+2
 VP001 1:6   G0 X[]
 VP001 1:7   G0 X[1(c)]
 VP001 1:4   #1=
 VP001 1:4   #1=X
 VP001 1:2   #=1
-VP001 1:2   #<a=1
+VP001 1:1   #<a=1
 VP001 1:2   #<>=1
 VP001 1:4   #1=FOO[1]
 VP001 1:8   #1=SIN 30
