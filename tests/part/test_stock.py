@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from verne_post.app.stock_check import report_touches
+from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder
 from verne_post.part import cutting
@@ -20,6 +21,7 @@ from verne_post.part.stl import build_mesh
 from verne_post.part.stock_forms import ASIDE, cross_mesh, make_box, make_cylinder, make_of_mesh, unpack
 
 UP = (0.0, 0.0, 1.0)
+UPRIGHT = TiltingTable(np.zeros(3), np.zeros(3), np.zeros(3), 1.0, 1.0)
 FLAT = Cylinder("cutter", 10.0, 20.0)
 BALL = Cylinder("cutter", 8.0, 20.0, corner_radius=4.0)
 BULL = Cylinder("cutter", 10.0, 20.0, corner_radius=1.5)
@@ -480,7 +482,7 @@ def test_a_body_that_passes_too_near_says_how_near(lower: float) -> None:
     spans = Spans(tip, np.tile(UP, (2, 2, 1)), np.arange(2), zeros, np.array([True, False]))
     tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
     done = cut_stock(box(60, 40, 20, 0.4), spans, tools, 0.5)
-    (item,) = report_touches(done, spans, tools, "the stock", 0.5, 0.4)
+    (item,) = report_touches(UPRIGHT, done, spans, tools, "the stock", 0.5, 0.4)
     said = re.search(r"passes the stock at (\S+) mm, nearer than 0.5 mm", item.message)
     assert said is not None
     assert float(said[1]) == pytest.approx(0.3 - lower, abs=0.06)
@@ -554,7 +556,7 @@ def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
     tool = group_pieces(build_pieces((HOLDER,), 60.0, joined=False))
     told = [
         (item.severity, item.line, item.last_line, item.worst_line, item.message.split(":")[0].split(" may")[0])
-        for item in report_touches(Cut(np.zeros(50), touches), spans, [tool], "the stock", 0.0, 0.1)
+        for item in report_touches(UPRIGHT, Cut(np.zeros(50), touches), spans, [tool], "the stock", 0.0, 0.1)
     ]
     whole, cut = (
         "the holder runs into the stock",

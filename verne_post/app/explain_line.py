@@ -26,7 +26,7 @@ from verne_post.model.findings import NOT_TRIED, Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
 from verne_post.model.part_setup import name_system
-from verne_post.model.protocols import AxisCorrecting, name_solution
+from verne_post.model.protocols import AxisCorrecting, name_solution, turn_to_setup
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
 from verne_post.output.commands import find_run
@@ -121,7 +121,7 @@ def _describe_end(line: Line) -> Iterator[str]:
     """Place and joints at the end of a line, how far they may go, the nearest limit, and the time of the line."""
     machine = line.exact.machine
     tip, angles, tool = _find_end(line)
-    yield f"  tip on the table     {format_mm(tip, _FEW)}{_name_centre(line)}"
+    yield f"  tip on the table     {format_mm(turn_to_setup(machine.coordinates, tip), _FEW)}{_name_centre(line)}"
     yield f"  words                {machine.name_angles(angles, _FEW)} deg"
     q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
@@ -330,7 +330,7 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
         return
     axis = find_axis_of_angles(angles[0], angles[1])
     gauge = machine.five_axis.find_platform_gauge(tip, angles, tool)
-    yield f"  tip on the table     {format_mm(tip)}"
+    yield f"  tip on the table     {format_mm(turn_to_setup(machine.coordinates, tip))}"
     yield (
         f"  tool axis            k = (sin A sin C, sin A cos C, cos A) = "
         f"({', '.join(format_fixed(value, 6) for value in axis)})"
@@ -430,8 +430,9 @@ def _place(line: Line, place: remedies.Place, first: bool) -> str:
     if n > 1 and lengths.sum() > 0:
         share = float(lengths[: place.element].sum() + place.w * lengths[place.element]) / float(lengths.sum())
     which = " of all passes" if line.is_repeated else ""
+    there = format_mm(turn_to_setup(joints.machine.coordinates, tip[0]))
     return (
-        f"{from_} {100 * share:.4g} % of the way{which}: tip {format_mm(tip[0])} on the table, "
+        f"{from_} {100 * share:.4g} % of the way{which}: tip {there} on the table, "
         f"words {joints.machine.name_angles(angles[0], 6)} deg"
     )
 

@@ -27,6 +27,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import COORDINATES, MACHINE_SYSTEM, WorkOffset, name_system
+from verne_post.model.protocols import turn_to_setup
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import is_about_pose
 from verne_post.toolpath.lift import lift_path
@@ -389,7 +390,7 @@ def _find_place_in_reach(points: PartPoints, machine: Machine) -> tuple[np.ndarr
     q, _platform, ok = machine.five_axis.solve(tips, np.tile(angles, (_SAMPLED, 1)), np.zeros(_SAMPLED))
     with np.errstate(invalid="ignore"):
         inside = ok & ((q >= limits.lower) & (q <= limits.upper)).all(axis=1)
-    reached = (tips[inside] if inside.any() else tips) @ machine.coordinates.part_frame
+    reached = turn_to_setup(machine.coordinates, tips[inside] if inside.any() else tips)
     tool = float(points.tool.max())
     ends = reached.min(axis=0) - tool - points.tip.min(axis=0), reached.max(axis=0) + tool - points.tip.max(axis=0)
     return np.append(np.minimum(*ends), 0.0), np.append(np.maximum(*ends), 0.0)

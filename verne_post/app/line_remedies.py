@@ -22,7 +22,7 @@ from verne_post.model.findings import Finding, Remedy
 from verne_post.model.moves import AXES, Frame, MoveKind, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import TOOL_PARTS, OwnStock, name_system
-from verne_post.model.protocols import name_solution
+from verne_post.model.protocols import name_solution, turn_to_setup
 from verne_post.model.verdict import find_worst
 
 #: Contacts with fixtures and with the stock.
@@ -213,7 +213,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         return
     in_machine = line.moves.find_in_machine()[line.move]
     if least is not None and not in_machine:
-        moved = format_list(np.array(least.vector) @ coordinates.part_frame, 3)
+        moved = format_list(turn_to_setup(coordinates, np.array(least.vector)), 3)
         yield f"the part moved by {moved} mm ({_describe_offset(line, least)}){_describe_remaining(least)}"
         single = [
             f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_describe_remaining(one)}"
@@ -318,7 +318,7 @@ def _describe_offset(line: Line, shift: remedies.Shift) -> str:
     frame = line.frame
     origin = np.array(line.joints.machine.find_origin_on_table(frame))
     name = name_system(frame.system)
-    there = origin + np.array(shift.vector) @ line.joints.machine.coordinates.part_frame
+    there = origin + turn_to_setup(line.joints.machine.coordinates, np.array(shift.vector))
     numbers = [*there, *([frame.part_turn] if frame.part_turn else [])]
     given = line.options.wcs.get(frame.system)
     before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))

@@ -195,7 +195,7 @@ def place_tips(
     tip, axis = np.empty((len(q), 3)), np.empty((len(q), 3))
     for begin in range(0, len(q), _ROWS):
         rows = slice(begin, begin + _ROWS)
-        tip[rows], axis[rows], ok = kinematics.forward(q[rows], length[rows])
+        tip[rows], _angles, axis[rows], ok = kinematics.measure(q[rows], length[rows])
         if not ok.all():
             text = f"row {begin + int(np.argmin(ok))}: no position of the platform fits the joint values"
             raise make_input_error("VP411", text)

@@ -157,7 +157,8 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
     cut = cut_stock(stock, spans, tools, box.distance)
     seconds = (last - first) * program.cycle
     feeding = ~rapid & (tip[first] != tip[last]).any(axis=1)
-    found = tuple(report_touches(cut, spans, tools, box.name, box.distance, float(stock.cell.max())))
+    coordinates, cell = program.machine.coordinates, float(stock.cell.max())
+    found = tuple(report_touches(coordinates, cut, spans, tools, box.name, box.distance, cell))
     return StockRun(
         stock,
         before,

@@ -20,6 +20,7 @@ from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
+from verne_post.model.protocols import TableCoordinates, turn_to_setup
 from verne_post.model.verdict import Family, find_family
 from verne_post.part.bodies import build_pieces
 from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
@@ -87,7 +88,8 @@ def settle_stock(
     report = None if progress is None else lambda done: progress("cutting the stock", done, total)
     cut = cut_stock(stock, spans, tools, box.distance, report, only_first=only_first and not skipped)
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
-    settled = list(report_touches(cut, spans, tools, box.name, box.distance, float(stock.cell.max())))
+    coordinates, cell = program.machine.coordinates, float(stock.cell.max())
+    settled = list(report_touches(coordinates, cut, spans, tools, box.name, box.distance, cell))
     return [*begun, *(item for item in found if item not in open_), *settled]
 
 
@@ -215,7 +217,13 @@ def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
 
 
 def report_touches(
-    cut: Cut, spans: Spans, tools: Sequence[Tool], name: str, keep_off: float, cell: float
+    coordinates: TableCoordinates,
+    cut: Cut,
+    spans: Spans,
+    tools: Sequence[Tool],
+    name: str,
+    keep_off: float,
+    cell: float,
 ) -> Iterator[Finding]:
     """Findings, one for each body and stretch of neighbouring spans; of bodies that do not cut, of neighbouring lines.
 
@@ -229,7 +237,7 @@ def report_touches(
         stretches += _split_touches([one for one in own if one.depth != one.depth and one.line not in lines])
         for part in stretches:
             is_line = body == "cutter" and any(tools[int(spans.tool[one.span])].is_line for one in part)
-            yield _make_finding(part, name, keep_off, cell, AS_LINE if is_line else "")
+            yield _make_finding(coordinates, part, name, keep_off, cell, AS_LINE if is_line else "")
 
 
 def _split_touches(touches: list[Touch]) -> Iterator[list[Touch]]:
@@ -245,7 +253,9 @@ def _split_touches(touches: list[Touch]) -> Iterator[list[Touch]]:
         begin = k
 
 
-def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float, remark: str) -> Finding:
+def _make_finding(
+    coordinates: TableCoordinates, touches: list[Touch], name: str, keep_off: float, cell: float, remark: str
+) -> Finding:
     worst = max(touches, key=lambda one: np.nan_to_num(one.depth))
     lines = {
         "line": touches[0].line,
@@ -264,9 +274,9 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float,
         else:
             what = f"passes {name}{when} at {-worst.depth:.3f} mm, nearer than {keep_off:g} mm: this {begins}"
         text = f"the {worst.body} {what}{remark}"
-        return make_finding(
-            "VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm", contact=touches[0].tip
-        )
+        tip = touches[0].tip
+        contact = None if tip is None else tuple(turn_to_setup(coordinates, np.array(tip)).tolist())
+        return make_finding("VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm", contact=contact)
     text = (
         f"the {worst.body}{when} may touch {name} at that time: it passes nearer than the resolution of {cell:.3g} mm "
         f"can tell{remark}"

@@ -43,6 +43,7 @@ from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
+from verne_post.model.protocols import turn_from_setup, turn_to_setup
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
 from verne_post.output.commands import find_run
@@ -357,7 +358,8 @@ def find_end_before_contact(source: Text, program: Program, line: Line) -> str |
     if len(moved) != 1 or moved[0] > 2:
         return None
     axis, way = int(moved[0]), float(np.sign(end - begin)[moved[0]])
-    places = [machine.coordinates.map_from_table(np.array(one.contact), angles[1], line.frame) for one in touches]
+    contacts = turn_from_setup(machine.coordinates, np.array([one.contact for one in touches]))
+    places = [machine.coordinates.map_from_table(tip, angles[1], line.frame) for tip in contacts]
     at = [float(place[axis]) for place in places]
     step = ROUND_MM if scale == 1.0 else _ROUND_INCH
     # half a step or more before the contact: bodies do not rub
@@ -510,7 +512,7 @@ def _find_legal_origin(
         shift = None if line is None else find_smallest_shift(line.joints, basis)
         if shift is None:
             return None
-        step = np.array(shift.vector) @ program.machine.coordinates.part_frame
+        step = turn_to_setup(program.machine.coordinates, np.array(shift.vector))
         if not step.any():  # the line alone is within limits: a corner beside it, which is rounded, is not
             step = ROUND_MM * np.sign(place - origin)
             step = step if step.any() else ROUND_MM * np.array([0.0, 0.0, float(worst.code == "VP210")])

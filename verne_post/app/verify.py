@@ -26,6 +26,7 @@ def make_verifier(program: Program, fmt: SetpointFormat, header_lines: int | Non
         contour = replace(contour, path=replace(contour.path, feed_time=contour.path.feed_time / override))
     return Verifier(
         contour,
+        machine.coordinates,
         _share_forward_by_team(program),
         machine.limits,
         machine.columns,

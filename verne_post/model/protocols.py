@@ -7,6 +7,7 @@ kinematics of a machine.
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
+import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
@@ -287,10 +288,10 @@ class FiveAxis(Protocol):
         """From P to the gauge line along the tool axis, mm."""
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
-        """Pose -> (q, ok)."""
+        """Pose in the frame of the set-up -> (q, ok); see :func:`turn_to_setup`."""
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
-        """Joints -> (tip, axis, ok)."""
+        """Joints -> (tip, axis, ok) in the frame of the set-up; :meth:`measure` has that of the path."""
 
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
         """Tip (..., 3), nominal angles (..., 2) -> (q, platform, ok); the table makes up for the tilt, C as given."""
@@ -395,6 +396,16 @@ def name_solution(coordinates: Coordinates) -> str:
     return f"{name_rotary_side(coordinates).removesuffix(' axes')} solution"
 
 
+def turn_to_setup(coordinates: "TableCoordinates", vectors: Array) -> Array:
+    """Places and directions (..., 3) of the path in the frame of the set-up: of work offsets, fixtures and messages."""
+    return np.asarray(vectors @ coordinates.part_frame)
+
+
+def turn_from_setup(coordinates: "TableCoordinates", vectors: Array) -> Array:
+    """Inverse of :func:`turn_to_setup`."""
+    return np.asarray(vectors @ coordinates.part_frame.T)
+
+
 class TableTravel(Protocol):
     """What an interpreter may ask about the travel of the table."""
 
@@ -421,7 +432,7 @@ class TableCoordinates(Coordinates, Protocol):
 
     @property
     def part_frame(self) -> Array:
-        """Rows (3, 3): x, y, z of the table frame in directions of the part frame, in which work offsets are given."""
+        """Rows (3, 3): x, y, z of the frame of the path in directions of that of the set-up: :func:`turn_to_setup`."""
 
     @property
     def home_tilt(self) -> float:

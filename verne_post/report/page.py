@@ -20,6 +20,7 @@ from verne_post.base.numbers import format_fixed
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
 from verne_post.model.moves import find_tool_of_moves
+from verne_post.model.protocols import turn_from_setup
 from verne_post.output.causes import find_causes
 from verne_post.report.head import write_title_html, write_verdict_html
 from verne_post.report.markup import escape_text, write_css_string
@@ -258,7 +259,7 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
     x, y = (np.linspace(middle - side, middle + side, _SLICE_POINTS) for middle in (0.5 * (low + high)).tolist())
     across, up = np.meshgrid(x, y)
     tips = np.stack([across.ravel(), up.ravel(), np.full(across.size, height)], axis=1)
-    reach = classify(machine, tips @ machine.coordinates.part_frame.T, angles, float(study.tool_length[at]))
+    reach = classify(machine, turn_from_setup(machine.coordinates, tips), angles, float(study.tool_length[at]))
     pack.add("reach", np.where(reach.reached, reach.margin, np.nan).reshape(across.shape))
     return {
         "x": [float(x[0]), float(x[-1])],

@@ -25,6 +25,7 @@ from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
+from verne_post.model.protocols import turn_from_setup
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.verdict import Machined
 from verne_post.report.governing import GoverningLimits
@@ -305,8 +306,9 @@ class _Collector:
                 candidates = on_line if len(on_line) else np.arange(len(x))
                 place[index], tips[index] = candidates[np.abs(x[candidates] - worst[1]).argmin()], worst[2]
             if item.contact is not None and len(on_line := np.flatnonzero(line == item.line)):
-                away = np.linalg.norm(tip[on_line] - np.array(item.contact), axis=1)
-                place[index], tips[index] = on_line[np.nan_to_num(away, nan=np.inf).argmin()], item.contact
+                contact = turn_from_setup(self.machine.coordinates, np.array(item.contact))
+                away = np.linalg.norm(tip[on_line] - contact, axis=1)
+                place[index], tips[index] = on_line[np.nan_to_num(away, nan=np.inf).argmin()], contact
         asked = self.program.options.part
         if part is not None and asked is not None:
             origin, turn = place_on_table(self.program, asked.name, asked.system)

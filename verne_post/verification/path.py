@@ -8,6 +8,7 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.numbers import format_beyond, format_fixed
 from verne_post.base.rows import measure_rows
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.model.protocols import TableCoordinates, turn_to_setup
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.programmed import find_tool_axis
@@ -27,8 +28,8 @@ class PathCheck:
     the one pose of the program. Rounding to coarse decimals is allowed for.
     """
 
-    def __init__(self, reference: Reference, findings: FindingCollector) -> None:
-        self.reference, self.findings = reference, findings
+    def __init__(self, reference: Reference, coordinates: TableCoordinates, findings: FindingCollector) -> None:
+        self.reference, self.coordinates, self.findings = reference, coordinates, findings
         #: tip_deviation, axis_deviation: The largest so far, mm and rad.
         self.tip_deviation, self.axis_deviation = 0.0, 0.0
         # vectors (n, 3) from places of the program, where it stands, to rows that should be there
@@ -57,7 +58,8 @@ class PathCheck:
         usual = np.median(vectors, axis=0) if len(vectors) > 1 else np.zeros(3)
         alike = int((np.abs(vectors - usual) <= bound).all(axis=1).sum())
         if measure_rows(usual[None])[0] > 2.0 * bound and 2 * alike > len(vectors):
-            vector = " ".join(f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", usual, strict=True))
+            aside = turn_to_setup(self.coordinates, usual)
+            vector = " ".join(f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", aside, strict=True))
             where = "at every standstill" if alike == len(vectors) else f"at {alike} of {len(vectors)} standstills"
             reason = (
                 f"the tip is off by {vector} mm on the table {where}: the rows were made with another work offset, "

@@ -14,6 +14,7 @@ from verne_post.base.tolerances import PATH_AXIS_DEG
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Column, Limits
+from verne_post.model.protocols import TableCoordinates
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
 from verne_post.verification.between import BetweenRowsCheck
@@ -45,6 +46,8 @@ class Verifier:
     contour : Contour
         The programmed segments, where they may be stopped between, and how far the motion may be from each. Nothing
         else is taken from it: the geometry that was followed is not looked at.
+    coordinates : TableCoordinates
+        Of the machine: which frame messages name places in.
     forward : callable
         (q, tool_length) -> tip, nominal angles, true tool axis, ok; mm and rad, workpiece sense.
     limits, columns :
@@ -62,6 +65,7 @@ class Verifier:
     def __init__(
         self,
         contour: Contour,
+        coordinates: TableCoordinates,
         forward: Forward,
         limits: Limits,
         columns: tuple[Column, ...],
@@ -76,7 +80,7 @@ class Verifier:
         self._lost = False
         #: What checks the measured rows. They share no state: each may be left to a process of its own.
         self.parts: tuple[VerifierPart, ...] = (
-            _PathPart(reference, FindingCollector(header_lines)),
+            _PathPart(reference, coordinates, FindingCollector(header_lines)),
             _MotionPart(reference, self._matcher, axis_error_limit, FindingCollector(header_lines)),
         )
 
@@ -121,9 +125,9 @@ class VerifierPart(Protocol):
 class _PathPart:
     """How far the rows are from the program."""
 
-    def __init__(self, reference: Reference, findings: FindingCollector) -> None:
+    def __init__(self, reference: Reference, coordinates: TableCoordinates, findings: FindingCollector) -> None:
         self._findings = findings
-        self._path = PathCheck(reference, self._findings)
+        self._path = PathCheck(reference, coordinates, self._findings)
 
     def check(self, measured: MeasuredBlock) -> None:
         for rows in measured.parts:
