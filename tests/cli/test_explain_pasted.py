@@ -20,22 +20,33 @@ def test_a_zero_before_the_number_changes_no_answer() -> None:
             assert describe_word(f"{head}{zeros}{number}".lower()) == describe_word(f"{head}{number}") != []
 
 
-@pytest.mark.parametrize(("written", "word"), [
-    ("N0010", "N10"), ("T01", "T1"), ("h01", "H1"), ("d01", "D1"), ("X-10.5", "X10"),
-    ("CYCL DEF 200 DRILLING", "CYCL DEF 200"), ("CYCL DEF 7.0 DATUM SHIFT", "CYCL DEF 7"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("written", "word"),
+    [
+        ("N0010", "N10"),
+        ("T01", "T1"),
+        ("h01", "H1"),
+        ("d01", "D1"),
+        ("X-10.5", "X10"),
+        ("CYCL DEF 200 DRILLING", "CYCL DEF 200"),
+        ("CYCL DEF 7.0 DATUM SHIFT", "CYCL DEF 7"),
+    ],
+)
 def test_a_word_as_programs_write_it_is_the_word(written: str, word: str) -> None:
     assert describe_word(written) == describe_word(word) != []
 
 
-@pytest.mark.parametrize(("line", "words"), [
-    ("G1 X10 F500", ["G1", "X10", "F500"]),
-    ("N10G01X-10.5F500 ; to the edge", ["N10", "G01", "X-10.5", "F500"]),
-    ("L X+10 R0 FMAX M3", ["L", "X+10", "R0", "FMAX", "M3"]),
-    ('TOOL CALL "BALL 6" Z S3000', ["TOOL CALL", "Z", "S3000"]),
-    ("CYCLE81(10,0,2,-5)", ["CYCLE81"]),
-    ("GOTO/0,0,50", ["GOTO"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("G1 X10 F500", ["G1", "X10", "F500"]),
+        ("N10G01X-10.5F500 ; to the edge", ["N10", "G01", "X-10.5", "F500"]),
+        ("L X+10 R0 FMAX M3", ["L", "X+10", "R0", "FMAX", "M3"]),
+        ('TOOL CALL "BALL 6" Z S3000', ["TOOL CALL", "Z", "S3000"]),
+        ("CYCLE81(10,0,2,-5)", ["CYCLE81"]),
+        ("GOTO/0,0,50", ["GOTO"]),
+    ],
+)
 def test_a_line_is_told_word_by_word(line: str, words: list[str]) -> None:
     assert [text for text in describe_pasted(line) if not text.startswith(" ")] == words
 
