@@ -1298,3 +1298,66 @@ def test_the_word_of_a_held_plane_is_data(quantity: str, line: bytes, column: in
     """The message chose it: other words of it, and the place in the line was lost."""
     item = make_finding("VP043", "a message of any words", line=1, quantity=quantity)
     assert place_at_plane(line, item).column == column
+
+
+@pytest.mark.parametrize(
+    ("turn", "wanted"),
+    [
+        ("G0 A0 C0", [("VP011", 4)]),
+        ("G0 A0 C0\nG0 B30", [("VP011", 4), ("VP017", 6)]),  # the machine's own axis is named again
+        ("G0 A0 C0\nG0 Q1", [("VP011", 4), ("VP006", 5)]),
+    ],
+)
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc"])
+def test_a_cycle_after_a_turn_of_an_axis_that_the_machine_lacks_is_no_error(turn, wanted, dialect):
+    program = f"G90 G21 M3 S900\nT1 M6 G43 H1\nG0 B30 C0 X0 Y0 Z50\n{turn}\nG81 X10 Y10 Z-5 R2 F200\nG80\nM30\n"
+    tools = read_tool_table("T1 P1 Z100 D6\n", "t.tbl")
+    options = Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 0)})
+    findings = check(program.encode(), vp.load_machine("bc_trunnion"), options).findings
+    assert [(one.code, one.line) for one in findings if one.severity == "error"] == wanted
+
+
+@pytest.mark.parametrize(
+    ("plane", "code", "meant"),
+    [
+        ("G68.3 X20. Y15. Z0 I0 J20. K0", "VP006", "a plane by the angles I, J, K is G68.2"),
+        ("G68.3 X20. Y15. Z0", "VP017", "write G68.2"),
+        ("G68.3 X20. Y15.", "VP005", "needs X, Y and Z"),
+    ],
+)
+def test_a_turn_to_a_plane_that_was_refused_is_no_second_error(machine, plane, code, meant):
+    program = f"G90 G21 G54\nG49 G0 X0 Y0 Z100 A0 C0\n{plane}\nG53.1\nG0 X5\nG69\nM30\n"
+    options = Options(dialect="fanuc", wcs={"G54": (0, 0, 0)})
+    findings = [one for one in check(program.encode(), machine, options).findings if one.severity == "error"]
+    assert [(one.code, one.line) for one in findings] == [(code, 3)]
+    assert meant in findings[0].message
+
+
+@pytest.mark.parametrize(
+    ("program", "dialect", "meant"),
+    [
+        ('G54 G90\nT="{}"\nM6\nD1\nG0 X0 Y0 Z50 A0 C0\nG1 Z5 F500\nM30\n', "siemens", 'T="{}"'),
+        (
+            'BEGIN PGM B MM\nTOOL CALL "{}" Z S3000\nL X+0 Y+0 Z+50 A+0 C+0 FMAX\nL Z+5 F500\nM30\nEND PGM B MM\n',
+            "heidenhain",
+            "{}",
+        ),
+    ],
+)
+@pytest.mark.parametrize(("written", "known"), [("BALL 6", "BALL6"), ("BALL6", "BALL 6"), ("BAL 6", "BALL 6")])
+def test_a_name_in_quotes_that_is_mistyped_is_one_finding(machine, program, dialect, meant, written, known):
+    tools = {5: 100.0}
+    control = {dialect: {"tools": {known: 5}}}
+    options = Options(dialect=dialect, tools=tools, control=control, wcs={"G54": (0, 0, 0)})
+    findings = check(program.format(written).encode(), machine, options).findings
+    [error] = [one for one in findings if one.severity == "error"]
+    assert error.code == "VP012"
+    assert error.message.endswith(f"; did you mean {meant.format(known)}?")
+
+
+def test_loadtl_says_that_its_length_is_not_used(machine):
+    program = "LOADTL/4,LENGTH,90\nLOADTL/5,LENGTH,80\nLOADTL/6\nFEDRAT/300,MMPM\nGOTO/0,0,50\nFINI\n"
+    findings = check(program.encode(), machine, Options(dialect="aptcl", wcs={"G54": (0, 0, 0)})).findings
+    messages = [one.message for one in findings if one.code == "VP012"]
+    assert ["LENGTH in its statement is not used" in one for one in messages] == [True, False]
+    assert "tool 4 and tool 5: LENGTH" in messages[0]

@@ -61,8 +61,8 @@ def explain_line(line: Line) -> Iterator[str]:
     yield from _describe_end(line)
     yield from _describe_nearest_limit(machine, tip, angles, tool)
     yield from _describe_time(line)
-    for name, pair in _list_table_solutions(line, angles):
-        yield f"  {next(explain_table_solution(machine, name, tip, pair, tool, joints.lift))}"
+    for name, pair, is_own in _list_table_solutions(line, angles):
+        yield f"  {next(explain_table_solution(machine, name, tip, pair, tool, joints.lift, is_programmed=is_own))}"
 
 
 def explain_findings(line: Line) -> Iterator[str]:
@@ -83,8 +83,8 @@ def work_through(line: Line) -> Iterator[str]:
     yield from _describe_program_step(line, angles)
     yield from _describe_machine_steps(machine, tip, angles, tool)
     yield ""
-    for name, pair in _list_table_solutions(line, angles):
-        yield from explain_table_solution(machine, name, tip, pair, tool, joints.lift)
+    for name, pair, is_own in _list_table_solutions(line, angles):
+        yield from explain_table_solution(machine, name, tip, pair, tool, joints.lift, is_programmed=is_own)
     if machine.columns[-1].driven:
         q = machine.five_axis.solve(tip, angles, tool)[0]
         yield ""
@@ -98,13 +98,16 @@ def _find_end(line: Line) -> tuple[Array, Array, float]:
     return solved.tip[0], solved.angles[0], tool
 
 
-def _list_table_solutions(line: Line, angles: Array) -> list[tuple[str, Array]]:
-    """The table solution of a line and the other one; legs alone follow from the tool axis, however words name it."""
+def _list_table_solutions(line: Line, angles: Array) -> list[tuple[str, Array, bool]]:
+    """The table solution of a line and the other one, and whether it is the line's own.
+
+    Legs alone follow from the tool axis, however words name it.
+    """
     if not line.exact.machine.columns[-1].driven:
-        return [("as programmed", angles)]
+        return [("as programmed", angles, True)]
     return [
-        (_name_own_solution(line, angles), angles),
-        (f"other {name_solution(line.exact.machine.coordinates)}", np.array([-angles[0], angles[1] + np.pi])),
+        (_name_own_solution(line, angles), angles, True),
+        (f"other {name_solution(line.exact.machine.coordinates)}", np.array([-angles[0], angles[1] + np.pi]), False),
     ]
 
 

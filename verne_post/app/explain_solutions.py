@@ -24,13 +24,15 @@ _TRAVEL: Final = "travel of "
 
 
 def explain_table_solution(
-    machine: Machine, name: str, tip: Array, angles: Array, tool: float, lift: float
+    machine: Machine, name: str, tip: Array, angles: Array, tool: float, lift: float, *, is_programmed: bool = True
 ) -> Iterator[str]:
+    """Whether a table solution is possible, and its margins; of another one than the programmed C may turn wholly."""
     q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
         (code,) = machine.five_axis.explain_unreachable(tip[None], angles[None], tool)
         yield f"{name}: refused: {code}, no solution in the working mode"
         return
+    q = q if is_programmed else _turn_into_travel(machine, q)
     measures = _measure_margins(machine, tip, angles, tool, lift)
     beyond = _list_violations(machine, q)
     reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []

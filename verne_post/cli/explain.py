@@ -45,7 +45,7 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     the command computes the pose step by step from words to joints. It then prints the margins of both table solutions,
     and the reason why each other solution of the machine is refused. CODE (VP102) prints meaning, example, importance,
     remedy, response, parameters and related codes. WORD (G68.2, TRAORI, "CYCL DEF 208") prints how each language uses
-    the word.
+    the word; "G1 X10 F500", a line of a program, each of its words.
     """
     from verne_post.model.codes import CODES
 
@@ -75,9 +75,9 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     if colon and not is_count(number) and os.path.isfile(name):
         raise click.UsageError(f"{what}: {number!r} is no line number; such as {spell(name)}")
     if not colon or not is_count(number):
-        from verne_post.gcode.known_words import describe_word, find_near_word, name_axes
+        from verne_post.gcode.known_words import describe_pasted, describe_word, find_near_word, name_axes
 
-        if known := describe_word(what):
+        if known := describe_word(what) or describe_pasted(what):
             if (letters := _find_letters(given)) is not None:
                 known = [name_axes(line, letters) for line in known]
             echo("\n".join([what.upper(), *(f"  {line}" for line in known), ""]), nl=False)

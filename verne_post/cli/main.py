@@ -9,6 +9,7 @@ import errno
 import importlib
 import io
 import os
+import shlex
 import sys
 from typing import Any, Final
 
@@ -29,6 +30,9 @@ COMMANDS: Final = {
     "explain": "explain", "fit": "fit", "batch": "batch",
     "report": "report", "setup": "setup", "machined": "machined", "lsp": "lsp.command",
 }  # fmt: skip
+
+#: Those that have commands of their own.
+_GROUPS: Final = ("machine",)
 
 #: The command of a command line that names none.
 DEFAULT: Final = "convert"
@@ -80,6 +84,7 @@ class DefaultGroup(click.Group):
 
     def _refuse_wrong_program(self, ctx: click.Context, args: list[str]) -> None:
         """Refuse a program that is no file but nearly a command, and a command after its options."""
+        self._refuse_subcommand(ctx, args)
         program = _find_program(_make_default_context(self, ctx), args)
         if program is None or os.path.exists(program):
             return
@@ -93,6 +98,18 @@ class DefaultGroup(click.Group):
             raise click.UsageError(f"{program}: no such file, and no command; did you mean {near[0]}?")
         if "." not in program and {"-h", "--help", "--help-all"} & {*args}:  # not the help of the default command
             raise click.UsageError(f"{program}: no such file, and no command; verne-post --help lists the commands")
+
+    def _refuse_subcommand(self, ctx: click.Context, args: list[str]) -> None:
+        """Refuse a command of another command, such as calibrate, that stands without it."""
+        if os.path.exists(args[0]):
+            return
+        for group_name in _GROUPS:
+            group = self.get_command(ctx, group_name)
+            if isinstance(group, click.Group) and args[0] in group.commands:
+                written = shlex.join(args)
+                raise click.UsageError(
+                    f"{args[0]}: no such file, and no command; did you mean `verne-post {group_name} {written}`?"
+                )
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the default command in front of arguments that name none."""

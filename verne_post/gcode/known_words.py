@@ -70,7 +70,17 @@ _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 _AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
 #: A letter with a number, of which the number says nothing: T1, R1, #100.
-_LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])\d+$")
+_LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])[-+]?(?:\d+\.?\d*|\.\d+)$")
+#: Zeros before the number of a word: M03, G05.1, FN 09.
+_ZEROS: Final = re.compile(r"^([A-Z#]|Q[LRS]|FN |CYCL DEF )0+(?=\d)")
+#: What a program writes behind the number of a cycle: .0, and its name.
+_BEHIND_CYCLE: Final = re.compile(r"^(CYCL DEF \d+)(?:\.\d+)?(?: .*)?$")
+#: What separates the words of a line, or gives them values: texts, brackets, remarks.
+_BETWEEN_WORDS: Final = re.compile(r"\"[^\"]*\"|\([^()]*\)|;.*|[/,:~]|(?<==)")
+_VALUE_ALONE: Final = re.compile(r"[-+]?[\d.]+|=")
+#: Words without blanks between them: N10G1X10.
+_TOUCHING_WORD: Final = re.compile(r"[A-Z#][-+]?[\d.]+")
+_MOST_WORDS_OF_NAME: Final = 4
 #: A sign or = before the value of a word: SEQ-, A3=.
 _SIGN: Final = re.compile(r" ?[-+=]$")
 #: What the line above the kinds of PLANE says.
@@ -156,6 +166,7 @@ def describe_word(word: str) -> list[str]:
     Of an M code that none knows, which the builder of a machine may have, how a set-up gives it a meaning.
     """
     name = re.sub(r"^FN(?=\d)", "FN ", " ".join(word.upper().split()))
+    name = _BEHIND_CYCLE.sub(r"\1", _ZEROS.sub(r"\1", name))
     bare = _SIGN.sub("", name)
     if bare != name and _M_CODE.fullmatch(bare):  # M1= is the M code of a spindle, not M1
         return [f"Siemens: {siemens.ADDRESSES[bare]}"] if name[-1] == "=" and bare in siemens.ADDRESSES else []
@@ -201,6 +212,35 @@ def describe_word(word: str) -> list[str]:
         for language, known_word, text, is_executed in list_words()
         if name.startswith(f"{known_word} ")
         and (not is_executed or re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text))
+    ]
+
+
+def describe_pasted(line: str) -> list[str]:
+    """The words of a line of a program, each with what :func:`describe_word` says of it below it.
+
+    Empty where a word is known to no language. Only languages that know all words are named, if there are any.
+    """
+    parts: list[str] = []
+    for part in _BETWEEN_WORDS.sub(" ", line.upper()).split():
+        touching = _TOUCHING_WORD.findall(part)
+        parts += touching if "".join(touching) == part else [part]
+    found: list[tuple[str, list[str]]] = []
+    while parts:
+        if _VALUE_ALONE.fullmatch(parts[0]):
+            del parts[0]
+            continue
+        names = (" ".join(parts[:count]) for count in range(min(len(parts), _MOST_WORDS_OF_NAME), 0, -1))
+        name, texts = next(((one, known) for one in names if (known := describe_word(one))), ("", []))
+        if not texts:
+            return []
+        found.append((name, texts))
+        del parts[: len(name.split())]
+    own = [{language for language in _PAGES for text in texts if text.startswith(language)} for _name, texts in found]
+    shared = tuple(set(_PAGES).intersection(*own))
+    return [
+        line
+        for name, texts in found
+        for line in (name, *(f"  {text}" for text in texts if not shared or text.startswith((*shared, " "))))
     ]
 
 

@@ -137,8 +137,9 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         number = numbers[name]
     elif setup.tools is not None:
         other = find_meant(name, numbers)
-        # the name may stand in a word
-        near = f"; did you mean {other if ' ' in call else call.replace(name, other)}?" if other else ""
+        # the name may stand in a word, whose quotes stay
+        is_behind_words = " " in call.replace(name, "")
+        near = f"; did you mean {other if is_behind_words else call.replace(name, other)}?" if other else ""
         text = (
             f"{call}: no tool of this name is given; write it under [tools] of the set-up, or give its number in a "
             f"tool table under [{dialect}.tools] of the settings file{near}"

@@ -5,6 +5,7 @@ from typing import Final
 
 from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from verne_post.gcode.apt.cycles import FEED_UNITS
+from verne_post.gcode.apt.interpreter import make_tool_block
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
 from verne_post.gcode.block import Block
@@ -124,7 +125,8 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
             offset = number
         else:
             to.show_once(s, f"{name} of {s.major}")
-    yield from change_tool(to, s, tool, offset)
+    blocks = change_tool(to, s, tool, offset)
+    yield from (make_tool_block(block) for block in blocks) if "LENGTH" in words else blocks
 
 
 def change_tool(to: AptModes, s: Statement, tool: float, offset: float) -> Iterator[Block]:

@@ -30,6 +30,17 @@ def make_arc_block(block: Block, circle: Circle) -> ArcBlock:
     return arc
 
 
+class ToolBlock(Block):
+    """A block of a LOADTL with LENGTH, which is not used."""
+
+
+def make_tool_block(block: Block) -> ToolBlock:
+    """The block with its words; where the length is missing, the error says that LENGTH does not give it."""
+    tool = ToolBlock(block.line)
+    tool.codes, tool.words, tool.columns = block.codes, block.words, block.columns
+    return tool
+
+
 class TapBlock(Block):
     """A block that taps from where the tool stands; its motion code is for what goes on after an error."""
 
@@ -70,6 +81,14 @@ class AptInterpreter(Rs274):
             self._move_along(block, block.circle)
         elif isinstance(block, TapBlock):
             self._tap(block)
+        elif isinstance(block, ToolBlock):
+            try:
+                super().execute(block)
+            except ProgramError as error:
+                if error.code == "VP012" and error.about:
+                    unused = f"{error.about}: LENGTH in its statement is not used, and "
+                    error.message = error.message.replace(f"{error.about}: ", unused, 1)
+                raise
         else:
             super().execute(block)
 

@@ -85,7 +85,8 @@ STATEMENTS: Final[Mapping[str, tuple[_Method | None, str]]] = {
     "FEDRAT": (auxiliary.set_feed, "sets the feed rate: a number and its unit, in either order, as FEDRAT/600,MMPM"),
     **dict.fromkeys(("UNITS", "UNIT"), (auxiliary.set_units, "says whether points are in mm or inches from here on")),
     **dict.fromkeys(
-        ("LOADTL", "LOAD"), (auxiliary.load_tool, "changes the tool; its length may be in the same statement")
+        ("LOADTL", "LOAD"),
+        (auxiliary.load_tool, "changes the tool; the length is that of the tool table: LENGTH has no effect"),
     ),
     "TOOLNO": (
         auxiliary.describe_tool,

@@ -31,6 +31,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     NUMBERED_SYSTEMS,
     NURBS,
     OF_FRAMES,
+    OF_TOOL,
     OVERRIDE,
     PATTERNS,
     PLANE,
@@ -572,7 +573,9 @@ class FanucInterpreter(Rs274):
                 self._refuse_axes_as_angles(block)
             for letter, column in block.columns.items():
                 if letter not in WORDS_OF_FRAMES[frame_codes[0]] + "FST":
-                    raise ProgramError("VP006", f"{name} does not use {letter}", column)
+                    is_by_angles = frame_codes[0] == OF_TOOL and letter in "IJK"
+                    meant = f"; a plane by the angles I, J, K is {spell_g_code(PLANE)}" if is_by_angles else ""
+                    raise ProgramError("VP006", f"{name} does not use {letter}{meant}", column)
             return None
         self._drop_axes(block, g)
         return super()._plan(block, g, m)

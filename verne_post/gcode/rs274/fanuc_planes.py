@@ -67,7 +67,11 @@ class FanucPlanes:
         self.refuse_under_plane(name, block.line)
         self._refuse_maps(name)
         if code == OF_TOOL:
-            origin, rotation = self._find_plane_of_tool(block)
+            try:
+                origin, rotation = self._find_plane_of_tool(block)
+            except ProgramError as error:
+                error.leaves_unknown = True  # G53.1 behind it has no plane
+                raise
         else:
             kind = read_whole(block, "P") if "P" in block.words else 0
             if kind in _SEVERAL and not self._take_part(block, kind):

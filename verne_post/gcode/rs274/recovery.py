@@ -12,6 +12,7 @@ from typing import Final
 
 from verne_post.base.suggestions import find_correction
 from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES
 from verne_post.gcode.execution import FATAL
@@ -58,11 +59,14 @@ class Recovery:
     def __init__(self, interpreter: Rs274) -> None:
         self.interpreter = interpreter
         self.uncertain: set[int] = set()
+        #: Rotary axes that stand elsewhere, where a block names axes that the machine lacks.
+        self._lost_turns: set[int] = set()
         self._is_any_unset = False  #: Of a line that sets a variable nothing but = and its value is there.
         self._unset: set[str] = set()  #: Variables that lines set which could not be read.
 
     def execute(self, block: Block) -> list[ProgramError]:
         """Execute a block as far as possible; returns its errors, without those that follow from others."""
+        self._lost_turns -= {axis for axis in self._lost_turns if AXES[axis] in block.words}
         with keep_only_tool(self.interpreter.state):
             return self._execute(block)
 
@@ -120,6 +124,11 @@ class Recovery:
             return is_reported or bool(errors)
         compensation = self.interpreter.state.compensation
         if error.code == "VP026" and compensation is not None and compensation.is_assumed:
+            return True
+        if error.code == "VP017" and self._lost_turns:
+            return self.interpreter.core.find_tilted_tool(PLANES[self.interpreter.state.plane][2]) is not None
+        if errors and error.leaves_unknown:  # without the words that have been left out
+            errors[0].leaves_unknown = True
             return True
         return bool(errors) and error.code in OF_WORDS  # words beside what has been left out of the block
 
@@ -182,8 +191,11 @@ class Recovery:
         return True
 
     def _drop_axes(self, block: Block, _error: ProgramError) -> bool:
-        for letter in set(block.words) & set(AXES) - set(self.interpreter.setup.axes):
+        setup = self.interpreter.setup
+        for letter in set(block.words) & set(AXES) - set(setup.axes):
             del block.words[letter], block.columns[letter]
+            if letter in "ABC":
+                self._lost_turns |= {axis for axis in setup.rotary if AXES[axis] not in block.words}
         return True
 
     def _assume_motion(self, block: Block, _error: ProgramError) -> bool:

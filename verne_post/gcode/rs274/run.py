@@ -25,8 +25,8 @@ from verne_post.model.findings import Finding, Remedy
 
 #: Numbers in a message.
 _VALUES: Final = re.compile(r"-?\d+(?:\.\d+)?")
-#: A plane that is not where it is used, or where it is to have ended.
-_OF_PLANE: Final = re.compile(r"write G69 first|there is no plane")
+#: A plane that is not where it is to have ended.
+_OF_PLANE: Final = re.compile(r"write G69 first")
 
 
 def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
@@ -206,6 +206,7 @@ class _BlockRun:
             earlier.setdefault((error.code, _VALUES.sub("0", error.message)), error.message)
         self._lacks_code |= any(
             (error.code == "VP002" and error.edits and re.match(r"G\S+ is not a code", error.message))
+            or error.leaves_unknown
             or (error.code == "VP017" and _OF_PLANE.search(error.message))
             for error in left
         )
