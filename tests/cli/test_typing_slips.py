@@ -501,10 +501,36 @@ def test_a_code_of_three_digits_is_one_of_the_builder(inspector: Inspector, tmp_
     (item,) = check(inspector, tmp_path / "a.ngc", text).findings
     assert item.message.startswith(f"{code} is not a code of this language") and "[remap]" in item.message
     assert (item.settled_by, find_correction(item.message)) == ((("remap", code),), None)
-    near = {"G433": "G43", "G431": "G43.1"}.get(code)
+    near = {"G433": "G43", "G431": "G43.1", "G211": "G21", "G177": "G17"}.get(code)
     made = look(inspector, tmp_path / "a.ngc", text)[2]
     assert [title for title in made if title.startswith("Write")] == [f"Write {near} in place of {code}"] * bool(near)
     assert not any(settles for _path, _text, settles in made.values())
+
+
+@pytest.mark.parametrize(
+    ("ending", "line", "near"),
+    [
+        (".nc", "G90 G211 G17", "G21"),
+        (".nc", "G221", "G21"),  # not G121, G122 and G187 of Haas
+        (".nc", "G177", "G17"),
+        (".nc", "G880", "G80"),
+        (".ngc", "G990", "G90"),
+        (".ngc", "G433 H1 Z50", "G43"),
+        (".ngc", "G11 X24", "G1"),
+        (".ngc", "G38 X24", None),
+        (".ngc", "M33", "M3"),
+        (".nc", "M55", "M5"),
+        (".nc", "M88", "M8"),
+        (".nc", "M200", None),
+    ],
+)
+def test_a_digit_that_is_there_twice_is_a_choice(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, near: str | None
+) -> None:
+    text = embed(ending, line)
+    item = next(one for one in check(inspector, tmp_path / f"a{ending}", text).findings if one.severity == "error")
+    assert find_correction(item.message) is None
+    assert [(one.value, one.is_choice) for one in item.edits] == [(near, True)] * bool(near)
 
 
 @pytest.mark.parametrize(
