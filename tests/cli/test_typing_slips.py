@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, check, inspector, look
+from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, TOOLS, check, inspector, look
 from verne_post.base.suggestions import find_correction
 from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspector
@@ -531,6 +531,44 @@ def test_a_digit_that_is_there_twice_is_a_choice(
     item = next(one for one in check(inspector, tmp_path / f"a{ending}", text).findings if one.severity == "error")
     assert find_correction(item.message) is None
     assert [(one.value, one.is_choice) for one in item.edits] == [(near, True)] * bool(near)
+
+
+@pytest.mark.parametrize(
+    ("ending", "line", "near"),
+    [
+        (".nc", "N30 S6000 3", "M3"),
+        (".nc", "T1 6", "M6"),
+        (".nc", "X4 F300 8", "M8"),
+        (".nc", "N120 9 (off)", "M9"),
+        (".nc", "N120 80", "G80"),
+        (".nc", "N120 1 X5", "G1"),
+        (".ngc", "N50 8", "M8"),
+        (".ngc", "N210 5 ; off", "M5"),
+        (".ngc", "N340 2", "M2"),
+        (".ngc", "N340 17", "G17"),
+    ],
+)
+def test_a_code_that_has_lost_its_letter(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, near: str
+) -> None:
+    """Alone in its block, a digit is an M code; behind S, T and F, one is told in Fanuc too."""
+    (item,) = check(inspector, tmp_path / f"a{ending}", embed(ending, line)).findings
+    assert item.code == "VP001"
+    assert [(one.value, one.misspelt, one.is_choice) for one in item.edits] == [(near, near[1:], True)]
+
+
+@pytest.mark.parametrize("line", ["S 6 000", "X 2 0", "S6000", "S6000 (3)"])
+def test_a_blank_in_a_number_of_fanuc(inspector: Inspector, tmp_path: Path, line: str) -> None:
+    assert check(inspector, tmp_path / "a.nc", embed(".nc", line)).findings == ()
+
+
+def test_m3_is_not_written_before_a_digit(inspector: Inspector, tmp_path: Path) -> None:
+    text = "%\nO1\nG21 G90 G94 G17 G54\nT1 M6\nG0 G43 H1 X0 Y0 Z50 A0 C0\nS6000 3\nG1 X5 F300\nM30\n%\n"
+    found = check(inspector, tmp_path / "a.nc", text, TOOLS)
+    lost, idle = found.findings
+    assert (lost.code, lost.line, idle.code) == ("VP001", 6, "VP050")
+    assert [one.value for one in lost.edits] == ["M3"]
+    assert find_fixes(inspector, found, idle, {tmp_path / "a.nc": text}, NEVER) == []
 
 
 @pytest.mark.parametrize(
