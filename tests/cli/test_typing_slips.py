@@ -557,6 +557,27 @@ def test_a_code_that_has_lost_its_letter(
     assert [(one.value, one.misspelt, one.is_choice) for one in item.edits] == [(near, near[1:], True)]
 
 
+@pytest.mark.parametrize(
+    ("line", "said", "choices"),
+    [
+        ("H0 Z5", "G0 may be meant", ["G0"]),  # G43 H0 would cancel the length of the tool
+        ("#<d>=3\nH1 Z#<d>", "G1 may be meant", ["G1", "G43 H1"]),
+        ("H1", "the G43 of a tool may be missing", ["G43 H1"]),
+        ("H2 Z5", "the G43 of a tool may be missing", ["G43 H2"]),
+        ("H0", "nothing in the block uses H0", []),
+        ("G41.1 D5 X5\nC-34\nG40 X50", "or X-34, if the key beside is meant", ["X-34", "G40"]),
+        ("N420 N5", "write M5 if that is meant", ["M5"]),
+        ("N420 N77", "N must be the first word of a block", []),
+    ],
+)
+def test_a_key_beside_is_a_choice(
+    inspector: Inspector, tmp_path: Path, line: str, said: str, choices: list[str]
+) -> None:
+    (item,) = check(inspector, tmp_path / "a.ngc", embed(".ngc", line)).findings
+    assert said in item.message
+    assert [(one.value, one.is_choice) for one in item.edits] == [(one, True) for one in choices]
+
+
 @pytest.mark.parametrize("line", ["S 6 000", "X 2 0", "S6000", "S6000 (3)"])
 def test_a_blank_in_a_number_of_fanuc(inspector: Inspector, tmp_path: Path, line: str) -> None:
     assert check(inspector, tmp_path / "a.nc", embed(".nc", line)).findings == ()
@@ -699,6 +720,8 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "IF [1 LT 3]] GOTO 1\nN1 X4", "']' without the '['", "]", ("]]", "]")),
         (".ngc", "= 0\nX#<i>", "'=' does not begin a word", "=", None),
         (".ngc", "#<d> = =2.4\no2 while [#<d> LT 2]\no2 endwhile", "compares, and gives no value", "=", None),
+        (".ngc", "#<s>=3\nX2 Z-3<s>", "did you mean #<s>?", "3<s>", ("3<s>", "#<s>")),
+        (".ngc", "#<s>=3\nX13<s>", "'<' does not begin a word", "<", None),
         (".ngc", "X5 I3 J2", "no G2 or G3 is in force", "I3", None),
         (".nc", "N100 P41301", "the M98 of a call may be missing", "P41301", None),
         (".nc", "Z34558860", "its decimal point may be missing", "Z34558860", None),

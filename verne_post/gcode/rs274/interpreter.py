@@ -64,6 +64,8 @@ _OF_SETTINGS: Final = (100, 500)
 _LEAST_PROGRAM: Final = 100  #: Numbers of subprograms are not below it, as a rule.
 #: Words of a tool, and the codes that use them.
 _CODES_BESIDE: Final = {"H": ("G43",), "D": ("G41", "G42")}
+#: Words of a mistyped G0 and G1.
+_OF_MOTION: Final = {"H0": "G0", "H1": "G1"}
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
 #: Numbers of G words -> codes of motion that need nothing but their own words.
@@ -337,14 +339,16 @@ class Rs274(Language):
             text = f"nothing in the block uses {letter}{block.words[letter]:g}"
             if letter in "IJK" and not block.codes and {"X", "Y", "Z"} & block.words.keys():
                 text += ", because no G2 or G3 is in force: write one if an arc is meant"
-            edits: tuple[Remedy, ...] = ()
             word = f"{letter}{block.words[letter]:g}"
-            if letter in _CODES_BESIDE and self.table.is_executed(_CODES_BESIDE[letter][0]):
+            rights = list[str]()
+            if word in _OF_MOTION and not block.codes and not {*AXES}.isdisjoint(block.words):
+                rights.append(_OF_MOTION[word])
+                text += f"; {rights[0]} may be meant, whose key is beside"
+            is_length = word != "H0"  # which would cancel the length of the tool
+            if letter in _CODES_BESIDE and is_length and self.table.is_executed(_CODES_BESIDE[letter][0]):
                 text += f"; the {' or '.join(_CODES_BESIDE[letter])} of a tool may be missing before it"
-                edits = tuple(
-                    Remedy(f"write {code} {word}", f"{code} {word}", misspelt=word, is_choice=True)
-                    for code in _CODES_BESIDE[letter]
-                )
+                rights += [f"{code} {word}" for code in _CODES_BESIDE[letter]]
+            edits = tuple(Remedy(f"write {one}", one, misspelt=word, is_choice=True) for one in rights)
             if letter == "P" and not block.codes and block.words["P"] >= _LEAST_PROGRAM:
                 wrong = f"P{block.words['P']:.0f}"
                 text += "; the M98 of a call may be missing before it"
