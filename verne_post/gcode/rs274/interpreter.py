@@ -624,9 +624,9 @@ class Rs274(Language):
         if twice := [name for name in names if name in drop_doubled_digits(digits)]:
             return [f"G{name}" for name in twice]
         is_slip = len(digits) > _DIGITS_OF_CODES and not digits.endswith("0")  # G200 is one of builders and macros
-        pointed = f"{digits[:-1]}.{digits[-1]}" if is_slip else ""
+        with_point = f"{digits[:-1]}.{digits[-1]}" if is_slip else ""
         names = [spell_g_code(one)[1:] for one in sorted(codes) if one < _CODES_OF_BUILDERS]
-        near = [f"G{name}" for name in names if name == pointed or is_near(name) or is_near(f"0{name}")]
+        near = [f"G{name}" for name in names if name == with_point or is_near(name) or is_near(f"0{name}")]
         return near if len(near) <= _MOST_NAMED else []
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:
