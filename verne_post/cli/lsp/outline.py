@@ -233,7 +233,7 @@ class Outline:
                     continue
                 # M98 P51000 calls O1000 five times
                 keys = (one.key, one.key[-4:].lstrip("0")) if one.key.isdecimal() else (one.key,)
-                here = [each for key in keys for each in defined() if each.key == key]
+                here = [each for key in dict.fromkeys(keys) for each in defined() if each.key == key]
                 if self.dialect == "rs274":  # the number of a loop may be there again below
                     here.sort(key=lambda each: (each.line > line, -each.line))
                     if here[1:] and here[0].line == line and _DO.search(self.lines[here[1].line]):
