@@ -750,6 +750,41 @@ def test_hover_of_a_value_of_a_call_names_its_parameter(inspector: Inspector, tm
     assert told == "REAL SAFE of FACE; the call gives 1 of 2 values"
 
 
+O_CALL = f"{NGC}G1 X5 F500\no7 sub\nX#1 Y#2\no7 endsub\no7 call [15] [[1+2]*2] (x, y)\nM2\n"
+O_LOOPS = (
+    f"{NGC}G1 X5 F500\n#1=0\no1 while [#1 LT 3]\nX#1\n#1=[#1+1]\no1 endwhile\n"
+    "o2 do\n#1=[#1-1]\no2 while [#1 GT 1]\no3 if [#1 GT 2]\nX3\no3 endif\nM2\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "said"),
+    [
+        (O_CALL, "[1|5]", "becomes #1 of o7"),
+        (O_CALL, "[[1+2]*|2]", "becomes #2 of o7"),
+        (O_LOOPS, "|o1 while", "mark of a loop, in the first of 3 passes"),
+        (O_LOOPS, "|o1 endwhile", "mark of a loop, in the first of 3 passes"),
+        (O_LOOPS, "|o2 while", "mark of a loop, in the first of 2 passes"),
+        (O_LOOPS, "|o3 if", "mark of a branch"),
+        (O_CALL, "|o7 sub", "number of a program or subprogram"),
+    ],
+)
+def test_hover_of_o_words(inspector: Inspector, tmp_path: Path, text: str, place: str, said: str) -> None:
+    assert ask(inspector, tmp_path / "a.ngc", text, place) == said
+
+
+def test_a_loop_leads_not_to_itself(inspector: Inspector, tmp_path: Path) -> None:
+    for place, leads in (
+        ("|o1 while", False),
+        ("|o7 sub", False),
+        ("|o1 endwhile", True),
+        ("|o2 while", True),
+        ("|o7 call", True),
+    ):
+        text = O_CALL if "o7" in place else O_LOOPS
+        assert ("leads to line" in ask_all(inspector, tmp_path / "a.ngc", text, place)) == leads
+
+
 LOOP = f"{SIEMENS}G1 X5 F500\nR1=1\nFOR PASS=1 TO 4\nR1=R1+1\nENDFOR\nR2=R1\nM30\n"
 CALLS = f"{FANUC}G1 X5. F500.\n#1=10.\nM98 P40002\nM30\nO2\n#1=#1-2.\nM99\n%\n"
 REPEATS = f"{KLARTEXT}3 L X+5 F500\n4 Q1=1\n5 LBL 1\n6 Q1=Q1+1\n7 CALL LBL 1 REP 3\n8 M30\n9 END PGM T MM\n"

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, check, inspector, look
+from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, TOOLS, check, inspector, look
 from verne_post.base.suggestions import find_correction
 from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspector
@@ -501,10 +501,95 @@ def test_a_code_of_three_digits_is_one_of_the_builder(inspector: Inspector, tmp_
     (item,) = check(inspector, tmp_path / "a.ngc", text).findings
     assert item.message.startswith(f"{code} is not a code of this language") and "[remap]" in item.message
     assert (item.settled_by, find_correction(item.message)) == ((("remap", code),), None)
-    near = {"G433": "G43", "G431": "G43.1"}.get(code)
+    near = {"G433": "G43", "G431": "G43.1", "G211": "G21", "G177": "G17"}.get(code)
     made = look(inspector, tmp_path / "a.ngc", text)[2]
     assert [title for title in made if title.startswith("Write")] == [f"Write {near} in place of {code}"] * bool(near)
     assert not any(settles for _path, _text, settles in made.values())
+
+
+@pytest.mark.parametrize(
+    ("ending", "line", "near"),
+    [
+        (".nc", "G90 G211 G17", "G21"),
+        (".nc", "G221", "G21"),  # not G121, G122 and G187 of Haas
+        (".nc", "G177", "G17"),
+        (".nc", "G880", "G80"),
+        (".ngc", "G990", "G90"),
+        (".ngc", "G433 H1 Z50", "G43"),
+        (".ngc", "G11 X24", "G1"),
+        (".ngc", "G38 X24", None),
+        (".ngc", "M33", "M3"),
+        (".nc", "M55", "M5"),
+        (".nc", "M88", "M8"),
+        (".nc", "M200", None),
+    ],
+)
+def test_a_digit_that_is_there_twice_is_a_choice(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, near: str | None
+) -> None:
+    text = embed(ending, line)
+    item = next(one for one in check(inspector, tmp_path / f"a{ending}", text).findings if one.severity == "error")
+    assert find_correction(item.message) is None
+    assert [(one.value, one.is_choice) for one in item.edits] == [(near, True)] * bool(near)
+
+
+@pytest.mark.parametrize(
+    ("ending", "line", "near"),
+    [
+        (".nc", "N30 S6000 3", "M3"),
+        (".nc", "T1 6", "M6"),
+        (".nc", "X4 F300 8", "M8"),
+        (".nc", "N120 9 (off)", "M9"),
+        (".nc", "N120 80", "G80"),
+        (".nc", "N120 1 X5", "G1"),
+        (".ngc", "N50 8", "M8"),
+        (".ngc", "N210 5 ; off", "M5"),
+        (".ngc", "N340 2", "M2"),
+        (".ngc", "N340 17", "G17"),
+    ],
+)
+def test_a_code_that_has_lost_its_letter(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, near: str
+) -> None:
+    """Alone in its block, a digit is an M code; behind S, T and F, one is told in Fanuc too."""
+    (item,) = check(inspector, tmp_path / f"a{ending}", embed(ending, line)).findings
+    assert item.code == "VP001"
+    assert [(one.value, one.misspelt, one.is_choice) for one in item.edits] == [(near, near[1:], True)]
+
+
+@pytest.mark.parametrize(
+    ("line", "said", "choices"),
+    [
+        ("H0 Z5", "G0 may be meant", ["G0"]),  # G43 H0 would cancel the length of the tool
+        ("#<d>=3\nH1 Z#<d>", "G1 may be meant", ["G1", "G43 H1"]),
+        ("H1", "the G43 of a tool may be missing", ["G43 H1"]),
+        ("H2 Z5", "the G43 of a tool may be missing", ["G43 H2"]),
+        ("H0", "nothing in the block uses H0", []),
+        ("G41.1 D5 X5\nC-34\nG40 X50", "or X-34, if the key beside is meant", ["X-34", "G40"]),
+        ("N420 N5", "write M5 if that is meant", ["M5"]),
+        ("N420 N77", "N must be the first word of a block", []),
+    ],
+)
+def test_a_key_beside_is_a_choice(
+    inspector: Inspector, tmp_path: Path, line: str, said: str, choices: list[str]
+) -> None:
+    (item,) = check(inspector, tmp_path / "a.ngc", embed(".ngc", line)).findings
+    assert said in item.message
+    assert [(one.value, one.is_choice) for one in item.edits] == [(one, True) for one in choices]
+
+
+@pytest.mark.parametrize("line", ["S 6 000", "X 2 0", "S6000", "S6000 (3)"])
+def test_a_blank_in_a_number_of_fanuc(inspector: Inspector, tmp_path: Path, line: str) -> None:
+    assert check(inspector, tmp_path / "a.nc", embed(".nc", line)).findings == ()
+
+
+def test_m3_is_not_written_before_a_digit(inspector: Inspector, tmp_path: Path) -> None:
+    text = "%\nO1\nG21 G90 G94 G17 G54\nT1 M6\nG0 G43 H1 X0 Y0 Z50 A0 C0\nS6000 3\nG1 X5 F300\nM30\n%\n"
+    found = check(inspector, tmp_path / "a.nc", text, TOOLS)
+    lost, idle = found.findings
+    assert (lost.code, lost.line, idle.code) == ("VP001", 6, "VP050")
+    assert [one.value for one in lost.edits] == ["M3"]
+    assert find_fixes(inspector, found, idle, {tmp_path / "a.nc": text}, NEVER) == []
 
 
 @pytest.mark.parametrize(
@@ -635,6 +720,8 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "IF [1 LT 3]] GOTO 1\nN1 X4", "']' without the '['", "]", ("]]", "]")),
         (".ngc", "= 0\nX#<i>", "'=' does not begin a word", "=", None),
         (".ngc", "#<d> = =2.4\no2 while [#<d> LT 2]\no2 endwhile", "compares, and gives no value", "=", None),
+        (".ngc", "#<s>=3\nX2 Z-3<s>", "did you mean #<s>?", "3<s>", ("3<s>", "#<s>")),
+        (".ngc", "#<s>=3\nX13<s>", "'<' does not begin a word", "<", None),
         (".ngc", "X5 I3 J2", "no G2 or G3 is in force", "I3", None),
         (".nc", "N100 P41301", "the M98 of a call may be missing", "P41301", None),
         (".nc", "Z34558860", "its decimal point may be missing", "Z34558860", None),

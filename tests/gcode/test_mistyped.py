@@ -402,7 +402,7 @@ def test_a_line_with_a_letter_twice_has_the_columns_as_it_stands(run: Callable[.
 )
 def test_a_letter_is_lost(run: Callable[..., Any], tmp_path: Path, line: str, column: int, text: str) -> None:
     """N520 50. was read as block 52050, and the retract of N520 Z50. was gone, without a word."""
-    lines = "\n".join(["X1. Y1. S1 2 (1 2)"] * 20 + [line] + ["X 1. Y2. (3. 4)"] * 20)
+    lines = "\n".join(["X1. Y1. S12 (1 2)"] * 20 + [line] + ["X 1. Y2. (3. 4)"] * 20)
     found = find_errors(run, tmp_path, "p.nc", lines)
     assert found[0].startswith(f"{PROGRAMS['p.nc'][1] + 20}:{column}: VP001 error: {text}")
     assert len(found) == 1

@@ -64,6 +64,9 @@ _NUMBERS_OF_M: Final = ("1", "2", "3", "4", "5", "6", "7", "8", "9", "30")
 _SPLIT_LABEL: Final = re.compile(r"([A-Z]{1,2})<([A-Z_][A-Z\d_]*)>", re.IGNORECASE)
 #: A label without its o.
 _LABEL_ALONE: Final = re.compile(rf"(<[^<>]+>)(?=(?:{'|'.join(KEYWORDS)})\b)", re.IGNORECASE)
+#: N5 for M5, and a name behind 3, which has the # of many keyboards.
+_M_BEHIND_NUMBER: Final = re.compile(r"N0?(\d{1,2})(?![\d.])", re.IGNORECASE)
+_NAME_WITHOUT_HASH: Final = re.compile(r"3(<[^<>]+>)")
 _CODES_WITH_POINT: Final = ("5.1", "05.1", "43.4", "43.5", "53.1", "54.1", "54.2", "68.2", "68.3")
 _BARE_NUMBER: Final = re.compile(r"[-+]?[\d.]*")
 
@@ -247,8 +250,16 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
                 raise reader.error(
                     "VP001", f"{match[1].lower()}: the o is missing before it; did you mean {right}?", at
                 )
+            if (match := _NAME_WITHOUT_HASH.match(characters, at - 1)) and not characters[at - 2 : at - 1].isdigit():
+                wrong, right = match[0].lower(), f"#{match[1].lower()}"
+                raise reader.error("VP001", f"{wrong}: the digit on the key of the #; did you mean {right}?", at - 1)
             text = _describe_strange(character, reader, at, first=first, has_number=has_number)
-            raise reader.error("VP001", text, at)
+            edits: tuple[Remedy, ...] = ()
+            if (match := _M_BEHIND_NUMBER.match(characters, at)) and match[1] in _NUMBERS_OF_M:  # keys side by side
+                right = f"M{match[1]}"
+                text += f"; write {right} if that is meant"
+                edits = (Remedy(f"write {right}", right, misspelt=match[0], is_choice=True),)
+            raise reader.error("VP001", text, at, edits)
         first = has_number = False
     return block
 

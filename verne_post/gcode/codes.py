@@ -111,16 +111,21 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
         text = f"M{code} is not executed ({table.refused_m[code]}); {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     if code not in table.group_of_m and code not in _KINEMATICS:
-        digits = str(code)
-        shorter_codes = {
-            int(digits[:at] + digits[at + 1 :]) for at in range(1, len(digits)) if digits[at] == digits[at - 1]
-        }
-        near = shorter_codes & table.group_of_m.keys() if code >= _THREE_DIGITS else ()  # of M330
+        near = {int(one) for one in drop_doubled_digits(str(code))} & table.group_of_m.keys()  # of M330
         raise make_unknown_function(code, column, doubled_codes=tuple(near))
     if code not in table.group_of_m:
         text = f"M{code} is not a code of this language; {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     return code
+
+
+def drop_doubled_digits(digits: str) -> set[str]:
+    """What is meant if a digit but 0 is there twice: 21 of 211; G200 and M200 are of builders."""
+    return {
+        digits[:at] + digits[at + 1 :]
+        for at in range(1, len(digits))
+        if digits[at] == digits[at - 1] and digits[at] not in "0."
+    }
 
 
 def spell_g_code(code: int) -> str:

@@ -129,6 +129,10 @@ _NEXT_WORD: Final = re.compile(r"[ \t]\S|[\d.][A-Za-z]")
 #: A call that a remark cuts off: ; in place of a comma.
 _OPEN_BRACKET: Final = "the bracket is not closed on its line"
 _CLOSED_IN_REMARK: Final = re.compile(r";(?=[^()]*\))")
+#: A rotary axis of a compensated contour, its number, and the linear axis whose key is beside its own.
+_TURN_ON_CONTOUR: Final = re.compile(r"^[ABC] turns under|turn of the table under cutter compensation")
+_ROTARY_WORD: Final = re.compile(r"(?<![A-Z_#<])([AC])([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
+_KEYS_OF_ROTARY: Final = {"A": "Z", "C": "X"}
 #: Errors of text that cannot be read.
 UNREADABLE: Final = ("VP001", "VP002")
 
@@ -232,11 +236,29 @@ def _find_pasted(text: str, error: ProgramError | Finding, dialect: str) -> tupl
     return paste[0], paste.start()
 
 
+def _name_linear_axis(item: Finding, text: str) -> Finding:
+    """A turn on a compensated contour: the linear axis whose key is beside may be meant, and G40 is a choice too."""
+    words = [(*match.groups(), _KEYS_OF_ROTARY[match[1].upper()]) for match in _ROTARY_WORD.finditer(text)]
+    rights = {f"{near}{number}": f"{letter}{number}" for letter, number, near in words if near not in text.upper()}
+    if not rights:
+        return item
+    edits = [
+        Remedy(f"write {one}", one, line=item.line or 0, misspelt=wrong, is_choice=True)
+        for one, wrong in rights.items()
+    ]
+    edits += [replace(one, is_choice=True) for one in item.edits]
+    return replace(
+        item, message=f"{item.message}; or {' or '.join(rights)}, if the key beside is meant", edits=tuple(edits)
+    )
+
+
 def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
+    raw = None if item.line is None else take_line(source, item.line)
+    text = "" if raw is None else raw.decode("utf-8", errors="replace")
+    if item.code in ("VP017", "VP026") and dialect in _BLOCKS and _TURN_ON_CONTOUR.search(item.message):
+        return _name_linear_axis(item, remove_remarks(text, dialect))
     if item.line is None or item.column is None:
         return item
-    raw = take_line(source, item.line)
-    text = "" if raw is None else raw.decode("utf-8", errors="replace")
     if (paste := _find_pasted(text, item, dialect)) is not None:
         character, begin = paste
         code = remove_remarks(text, dialect)[begin:]

@@ -472,6 +472,8 @@ def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[
         if path is not None:
             end = _find_offset(found.text, at) + len(path[0].rstrip())
             yield Fix(f"Write M3 in line {at + 1}", found.path, found.text, end, end, " M3")
+    elif re.match(r"[ \t]*\d", lines[number][word.end() :]):  # S6000 3: M behind it would take the 3
+        return
     elif number + 1 >= remedy.line:
         at, new = _find_offset(found.text, number) + word.end(), " M3"
         yield Fix(f"Write M3 after {word[0]} in line {number + 1}", found.path, found.text, at, at, new)

@@ -46,6 +46,13 @@ from verne_post.output.policy import Policy, apply_policy
 
 _FOR: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?FOR\b", re.IGNORECASE)
 #: A name with values in parentheses: a call, or the PROC line that it leads to.
+#: An O word of RS274/NGC that is of a loop or a branch, and one that calls.
+_O_OF_FLOW: Final = re.compile(
+    r"[ \t/]*(?:N\d+[ \t]*)?O[ \t]*(?:<[^<>]+>|\d+)[ \t]*"
+    r"(DO|(?:END)?WHILE|(?:END)?REPEAT|BREAK|CONTINUE|(?:ELSE|END)?IF|ELSE)\b",
+    re.IGNORECASE,
+)
+_O_CALL: Final = re.compile(r"[ \t/]*(?:N\d+[ \t]*)?(O[ \t]*(?:<[^<>]+>|\d+))[ \t]*CALL\b", re.IGNORECASE)
 _CALL: Final = re.compile(r"([A-Za-z_]\w*)[ \t]*\(([^()]*)\)")
 #: What ends a check: something is wrong in a file, or with what the server was started with.
 _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
@@ -354,6 +361,8 @@ class Inspector:
         is_own = variable.lower() in own  # DEF INT I: no centre of an arc
         if address is not None and address.name.lower() in own:
             about = ""
+        if address is not None and address.name == "O" and (flow := _O_OF_FLOW.match(text)):
+            about = f"mark of {'a branch' if flow[1].upper().endswith(('IF', 'ELSE')) else 'a loop'}"
         said = []
         passes = f", in the first of {shown.describe_passes()}" if shown is not None and shown.is_repeated else ""
         if state is not None and (passes.endswith("several passes") or (shown is None and (variable or about))):
@@ -377,6 +386,8 @@ class Inspector:
             said = [f"**{word.name}**: {word.text}" for word in here] + ["\n".join(values)] * bool(values)
         if dialect == "siemens" and (argument := self._describe_argument(found, line, column)):
             said.append(argument)
+        if dialect == "rs274" and (argument := _describe_bracket(text, column)):
+            said.append(argument)
         if there := self._describe_definition(found, line, column):
             said.append(there)
         in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
@@ -398,13 +409,19 @@ class Inspector:
         there = self.find_definition(found, line - 1, column, with_variables=False)
         if there is None or isinstance(there, Path):
             return "" if there is None else f"calls the file {there.name}"
+        if there.line == line - 1:
+            return ""
         return f"leads to line {there.line + 1}: `{split_lines(found.text)[there.line].strip()}`"
 
     def _describe_executions(self, found: Inspected, line: int) -> str:
         """Of how many passes of a line the first is told; empty for one alone, and where errors end the program."""
         if found.made.program is None:
             return ""
-        is_head = _FOR.match(split_lines(found.text)[line - 1]) is not None  # executed once, for all passes below it
+        text = split_lines(found.text)[line - 1]
+        is_head = _FOR.match(text) is not None  # executed once, for all passes below it
+        if (flow := _O_OF_FLOW.match(text)) and flow[1].upper() in ("WHILE", "REPEAT"):  # not the while behind a do
+            there = self.find_definition(found, line - 1, flow.start(1) - 1, with_variables=False)
+            is_head = isinstance(there, Named) and there.line == line - 1
         count = count_executions(found.source, found.made.program, line + is_head)
         return f", in the first of {count} passes" if count > 1 else ""
 
@@ -436,6 +453,20 @@ class Inspector:
             return find_state_if_executed(found.source, program, line)
         except InputError:
             return None
+
+
+def _describe_bracket(text: str, column: int) -> str:
+    """Which parameter of its subprogram a value of a call by an O word becomes; empty elsewhere."""
+    call, depth, number, begin = _O_CALL.match(remove_remarks(text)), 0, 0, 0
+    for at in range(call.end() if call else len(text), len(text)):
+        if text[at] == "[":
+            begin, number = (at, number + 1) if not depth else (begin, number)
+            depth += 1
+        elif text[at] == "]":
+            depth -= 1
+            if not depth and call is not None and begin <= column <= at:
+                return f"**{text[begin : at + 1]}**: becomes #{number} of {call[1]}"
+    return ""
 
 
 def _look_at(found: Inspected, line: int) -> Line | None:

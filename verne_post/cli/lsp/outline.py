@@ -102,6 +102,7 @@ _NO_MARK: Final = re.compile(r"$")
 #: Calls that name a program by its number, and one of Klartext, by the text before the name.
 _BY_NUMBER: Final = re.compile(r"(?:M98|G6[56])(?!\d)[^\n(;]*P\s*\d*$", re.IGNORECASE)
 _CALL_PGM: Final = re.compile(r"CALL\s+PGM\s*\"?[^\"\n;~]*$", re.IGNORECASE)
+_DO: Final = re.compile(r"^\s*O\s*(?:<[^>]+>|\d+)\s*DO\b", re.IGNORECASE)
 _LESS: Final = re.compile(r"<\s*$")
 #: The names of DEF in Siemens, and their type, which is one word, perhaps with a length.
 _DEF: Final = re.compile(r"\bDEF\b(?:\s+\w+)*?\s+(?:REAL|INT|BOOL|CHAR|AXIS|FRAME|STRING\s*\[[^]]*\])\s", re.IGNORECASE)
@@ -232,9 +233,11 @@ class Outline:
                     continue
                 # M98 P51000 calls O1000 five times
                 keys = (one.key, one.key[-4:].lstrip("0")) if one.key.isdecimal() else (one.key,)
-                here = [each for key in keys for each in defined() if each.key == key]
+                here = [each for key in dict.fromkeys(keys) for each in defined() if each.key == key]
                 if self.dialect == "rs274":  # the number of a loop may be there again below
                     here.sort(key=lambda each: (each.line > line, -each.line))
+                    if here[1:] and here[0].line == line and _DO.search(self.lines[here[1].line]):
+                        del here[0]  # the while of a do goes back to it
                 files = (file for file in _list_files(folder, paths) if Named(file.stem, 0, 0, 0).key in keys)
                 if found := next(iter(here), None) or next(files, None):
                     return found

@@ -65,7 +65,7 @@ from verne_post.gcode.rs274.fanuc_text import (
 from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.haas import HaasCodes
 from verne_post.gcode.rs274.interpreter import Rs274
-from verne_post.gcode.rs274.letterless import refuse_letterless
+from verne_post.gcode.rs274.letterless import find_divided, refuse_letterless
 from verne_post.gcode.rs274.macro_calls import (
     divide_number,
     find_local_call,
@@ -256,6 +256,8 @@ class FanucInterpreter(Rs274):
             return Block(line, macro=statement)
         self.parameters.passed_word = ""
         refuse_letterless(text)
+        if self.setup.machine and (found := find_divided(text, line, "FST")) is not None:
+            self.recorder.warn("VP001", found.message, line, found.column, "warning", found.edits)
         corner = None
         try:
             if "," in text:

@@ -22,6 +22,7 @@ from verne_post.gcode.codes import (
     TAKES_AXES,
     CodeTable,
     describe_remap,
+    drop_doubled_digits,
     read_m_code,
     spell_g_code,
 )
@@ -53,6 +54,8 @@ from verne_post.model.plausibility import PLAUSIBLE
 _MAX_M_CODES: Final = 4
 _DIGITS_OF_CODES: Final = 2
 _MOST_NAMED: Final = 3
+#: Codes that few builders have, as G111 and G187 of Haas, begin here: they are written for no slip.
+_CODES_OF_BUILDERS: Final = 1000
 #: Two digits whose keys are neighbours.
 _KEYS_BESIDE: Final = frozenset(f"{one}{one + step}" for one in range(10) for step in (-1, 1))
 #: Groups of codes on which all moves behind them depend, and G10 and G50: no slip is taken for one of them.
@@ -61,6 +64,8 @@ _OF_SETTINGS: Final = (100, 500)
 _LEAST_PROGRAM: Final = 100  #: Numbers of subprograms are not below it, as a rule.
 #: Words of a tool, and the codes that use them.
 _CODES_BESIDE: Final = {"H": ("G43",), "D": ("G41", "G42")}
+#: Words of a mistyped G0 and G1.
+_OF_MOTION: Final = {"H0": "G0", "H1": "G1"}
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
 #: Numbers of G words -> codes of motion that need nothing but their own words.
@@ -334,14 +339,16 @@ class Rs274(Language):
             text = f"nothing in the block uses {letter}{block.words[letter]:g}"
             if letter in "IJK" and not block.codes and {"X", "Y", "Z"} & block.words.keys():
                 text += ", because no G2 or G3 is in force: write one if an arc is meant"
-            edits: tuple[Remedy, ...] = ()
             word = f"{letter}{block.words[letter]:g}"
-            if letter in _CODES_BESIDE and self.table.is_executed(_CODES_BESIDE[letter][0]):
+            rights = list[str]()
+            if word in _OF_MOTION and not block.codes and not {*AXES}.isdisjoint(block.words):
+                rights.append(_OF_MOTION[word])
+                text += f"; {rights[0]} may be meant, whose key is beside"
+            is_length = word != "H0"  # which would cancel the length of the tool
+            if letter in _CODES_BESIDE and is_length and self.table.is_executed(_CODES_BESIDE[letter][0]):
                 text += f"; the {' or '.join(_CODES_BESIDE[letter])} of a tool may be missing before it"
-                edits = tuple(
-                    Remedy(f"write {code} {word}", f"{code} {word}", misspelt=word, is_choice=True)
-                    for code in _CODES_BESIDE[letter]
-                )
+                rights += [f"{code} {word}" for code in _CODES_BESIDE[letter]]
+            edits = tuple(Remedy(f"write {one}", one, misspelt=word, is_choice=True) for one in rights)
             if letter == "P" and not block.codes and block.words["P"] >= _LEAST_PROGRAM:
                 wrong = f"P{block.words['P']:.0f}"
                 text += "; the M98 of a call may be missing before it"
@@ -577,9 +584,10 @@ class Rs274(Language):
             if is_code:
                 text += " of this language"
                 near = [spell_g_code(one) for one in sorted(self.table.group_of_g) if one // 10 == code // 10]
-                near_codes = self._list_near_codes(f"{number:g}", plain_codes) if not moves else []
+                near_codes = self._list_near_codes(f"{number:g}", () if moves else plain_codes)
+                near += [] if near else near_codes
                 such = f", such as {' or '.join(', '.join(near).rsplit(', ', 1))}" if near else ""
-                text += f", as {' or '.join(near_codes)} would be" if near_codes else ""
+                text += f", as {' or '.join(near_codes)} would be" if near_codes and not moves else ""
                 text += (
                     f", and its block names axes; write the code that is meant{such}"
                     if moves
@@ -599,9 +607,11 @@ class Rs274(Language):
         groups = self.table.group_of_g.items()
         return [code for code, group in groups if group not in _OF_ALL_MOVES and code not in _OF_SETTINGS]
 
-    @staticmethod
-    def _list_near_codes(digits: str, codes: Iterable[int]) -> list[str]:
-        """The few codes that have lost a digit or a point, or have a key beside, a digit twice or digits swapped."""
+    def _list_near_codes(self, digits: str, codes: Iterable[int]) -> list[str]:
+        """The code of which a digit is there twice, if only as a choice; else the few of ``codes`` that are near.
+
+        Those have lost a digit or a point, or have a key beside or digits swapped.
+        """
 
         def is_near(name: str) -> bool:
             changes = [one + other for one, other in zip(name, digits, strict=False) if one != other]
@@ -610,11 +620,13 @@ class Rs274(Language):
                 return changes[0] in _KEYS_BESIDE if len(changes) == 1 else is_swapped and not changes[2:]
             return any(name[:at] + name[at + 1 :] == digits for at in range(len(name)))
 
-        twice = {digits[:at] + digits[at + 1 :] for at in range(1, len(digits)) if digits[at] == digits[at - 1]}
+        names = [spell_g_code(one)[1:] for one in sorted(self.table.group_of_g)]
+        if twice := [name for name in names if name in drop_doubled_digits(digits)]:
+            return [f"G{name}" for name in twice]
         is_slip = len(digits) > _DIGITS_OF_CODES and not digits.endswith("0")  # G200 is one of builders and macros
-        longer = {*twice, f"{digits[:-1]}.{digits[-1]}"} if is_slip else set()
-        names = [spell_g_code(one)[1:] for one in sorted(codes)]
-        near = [f"G{name}" for name in names if name in longer or is_near(name) or is_near(f"0{name}")]
+        with_point = f"{digits[:-1]}.{digits[-1]}" if is_slip else ""
+        names = [spell_g_code(one)[1:] for one in sorted(codes) if one < _CODES_OF_BUILDERS]
+        near = [f"G{name}" for name in names if name == with_point or is_near(name) or is_near(f"0{name}")]
         return near if len(near) <= _MOST_NAMED else []
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Ints
+from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Remedy
 
@@ -63,12 +64,13 @@ def refuse_letterless(text: str) -> None:
         letter, number, rest = (match["letter"] or "").upper(), match["number"], text[match.end() :]
         if number and (letter == "N" or not f"{match['own']}{number}".isdigit()):
             if letter == "N" and number.isdigit():
-                code = ("M" if number in _ENDS else "G") if len(number) <= _DIGITS_OF_CODES else "S"
+                right = f"{_find_letter_of_code(number, rest) if len(number) <= _DIGITS_OF_CODES else 'S'}{number}"
                 text = (
                     f"{number}: a number without a letter before it, or a blank in N{match['own']}{number}; write "
-                    f"{code}{number} or N{match['own']}{number}"
+                    f"{right} or N{match['own']}{number}"
                 )
-                raise ProgramError("VP001", text, match.start("number") + 1)
+                edits = (Remedy(f"write {right}", right, misspelt=number, is_choice=True),)
+                raise ProgramError("VP001", text, match.start("number") + 1, edits=edits)
             if letter == "G" and match["own"].lstrip("0") == "4":
                 text = f"{number}: the time of G4 has no letter before it; write X{number} for seconds, or P"
                 raise ProgramError("VP001", text, match.start("number") + 1)
@@ -99,15 +101,24 @@ def refuse_letterless(text: str) -> None:
             raise ProgramError("VP001", f"{match[0]}: a block number has no decimal point{meaning}", match.start() + 1)
 
 
-def find_divided(text: str, line: int = 0) -> ProgramError | None:
+def _find_letter_of_code(number: str, rest: str) -> str:
+    """M of a number of one digit alone in its block, and of an end; else G."""
+    is_alone = len(number.lstrip("0")) <= 1 and not remove_remarks(rest).strip()
+    return "M" if is_alone or number in _ENDS else "G"
+
+
+def find_divided(text: str, line: int = 0, letters_before: str = "") -> ProgramError | None:
     """What is wrong with a number that a blank divides, as in X15 28, if anything is; None where there is none.
 
     LinuxCNC reads one number, X1528: it is an error only where something fails for it. Whoever writes X 1 5 means it.
+    Where ``letters_before`` are given, only numbers of these words are looked at.
     """
-    if (point := _POINT_IN_NUMBER.match(text)) is not None:
+    if not letters_before and (point := _POINT_IN_NUMBER.match(text)) is not None:
         return ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
     for match in _WORD_AND_NUMBER.finditer(text):
         if match["letter"] is None or match["letter"].upper() == "O":
+            continue
+        if letters_before and match["letter"].upper() not in letters_before:
             continue
         before, rest = text[: match.start()], text[match.end() :]
         if before.count("[") > before.count("]") or re.fullmatch(r"0\d+", match["number"]):
@@ -155,11 +166,15 @@ def list_letters(before: str, own: str, number: str, rest: str) -> list[str]:
         return ["G"]
     if before in "TS":
         return ["M"]
-    if before == "M":
+    if before == "M" or (before == "F" and number.isdigit()):
         return ["M" if len(number) <= _DIGITS_OF_CODES else "S"]
     is_code = number.isdigit() and len(number) <= _DIGITS_OF_CODES
     if before == "N":
-        return ["G"] if is_code and (not after or re.match(r"[ \t]*G", rest, re.IGNORECASE)) else ["X", "Y", "Z"]
+        return (
+            [_find_letter_of_code(number, rest)]
+            if is_code and (not after or re.match(r"[ \t]*G", rest, re.IGNORECASE))
+            else ["X", "Y", "Z"]
+        )
     order = "IJKF" if before in "IJK" else _ORDER
     begin = order.find(before) + 1
     if after and order.find(after) == begin > 0:
