@@ -379,7 +379,14 @@ def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_p
         ("tool_length = 80.", "tool_length = 80.0"),
         ("machine = ac_trunnion", 'machine = "ac_trunnion"'),
         ("machine = \u201cac_trunnion\u201d", 'machine = "ac_trunnion"'),
-        ("allow_rewind = True", "allow_rewind = true"),
+        *(
+            (f"allow_rewind = {wrong}", f"allow_rewind = {right}")
+            for right, words in (
+                ("true", ("True", "ture", "tru", "yes", "on", "1", '"true"', "'on'", '"ture"')),
+                ("false", ("FALSE", "flase", "no", "off", "0", '"false"', '"no"')),
+            )
+            for wrong in words
+        ),
         ("tool_length = \u20138", "tool_length = -8"),
         ("tool_length = \u20118", "tool_length = -8"),
         ("tool_length =\u20098", "tool_length = 8"),
