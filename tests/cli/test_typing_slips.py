@@ -732,3 +732,27 @@ def test_corners_of_a_contour_whose_arc_is_refused_are_no_errors(
     found = check(inspector, tmp_path / name, SWAPPED_LINES[name], setup).findings
     said = [(item.code, item.line) for item in found if item.severity == "error"]
     assert said == [("VP008", 6), ("VP026", 15)]
+
+
+@pytest.mark.parametrize(
+    ("line", "wrong", "near"),
+    [
+        *(("CR X+5 Y+5 R+30 {} F9", wrong, ["DR-"]) for wrong in ("SR-", "DE-", "FR-", "DT-")),
+        ("CR X+5 Y+5 R+30 {} F9", "DE+", ["DR+"]),
+        *(("L X+5 {} F9", wrong, near) for wrong, near in (("EL", ["RL"]), ("TR", ["RR"]), ("RK", ["RL"]))),
+        *(("L X+5 {} F9", wrong, near) for wrong, near in (("RT", ["RR"]), ("E0", ["R0"]), ("N8", ["M8"]))),
+        ("L X+5 {} F9", "N99", ["M99"]),
+    ],
+)
+def test_a_short_word_of_klartext_with_the_key_beside_the_right_one(
+    inspector: Inspector, tmp_path: Path, line: str, wrong: str, near: list[str]
+) -> None:
+    """It is named, and may be chosen: it is a side, a sense or a function of the machine, and none is preferred."""
+    text = embed(".h", line.format(wrong))
+    found = check(inspector, tmp_path / "a.h", text)
+    item = next(one for one in found.findings if one.code == "VP001")
+    assert item.message == f"{wrong}: no meaning in this language; {' or '.join(near)} may be meant"
+    assert [(one.value, one.is_choice) for one in item.edits] == [(one, True) for one in near]
+    fixes = [one for one in find_fixes(inspector, found, item, {tmp_path / "a.h": text}, NEVER) if one.is_choice]
+    assert [one.new for one in fixes] == near if wrong != "N99" else not fixes  # without a cycle, M99 is wrong too
+    assert not any(one.settles for one in fixes)
