@@ -82,13 +82,13 @@ def find_slip(
 
 def _list_near_words(pattern: re.Pattern[str], word: str) -> list[str]:
     """The short words of a statement that a key beside the right one turns into this word."""
-    changed = (
+    readings = (
         word[:at] + right + word[at + 1 :]
         for at, letter in enumerate(word)
         for right, beside in _KEYS_BESIDE.items()
         if letter in beside
     )
-    return [one for one in changed if _SHORT_WORD.fullmatch(one) and pattern.fullmatch(one)]
+    return [one for one in readings if _SHORT_WORD.fullmatch(one) and pattern.fullmatch(one)]
 
 
 def _read_as_meant(pattern: re.Pattern[str], word: str, names: Sequence[str]) -> tuple[str, str] | None:
