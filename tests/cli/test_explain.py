@@ -901,7 +901,7 @@ def test_a_q_of_klartext_leads_with_its_cycles_and_has_no_other_language() -> No
 
     for number in {one for needs, defaults in OF_PARAMETERS.values() for one in (*needs, *defaults)}:
         first, *rest = describe_word(f"Q{number}")
-        assert re.fullmatch(r"Klartext: a value of CYCL DEF [\d, ]+: [a-z ]+", first)
+        assert re.fullmatch(r"Klartext: a value of CYCL DEF [\d, ]+: [a-z ]+(, .+)?", first)
         assert [line.split(":")[0] for line in rest] == ["Klartext"]
     assert [line.split(":")[0] for line in describe_word("Q5")] == ["RS274/NGC", "Fanuc", "Klartext"]
     for word in ("M1=", "M1 =", "m1  ="):  # an address of Siemens, and not M1

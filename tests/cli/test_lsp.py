@@ -1726,6 +1726,18 @@ def test_what_a_machine_file_lacks_gets_its_line(client: Client, tmp_path: Path)
     assert "expected" in left["message"]
 
 
+def test_a_set_up_is_told_of_after_each_change(client: Client, tmp_path: Path) -> None:
+    """Also where an edit and its undo change nothing of what is wrong: an editor may wait for it."""
+    path = make_program(tmp_path, "G21 G90 G94 G17 G54\nT1 M6\nG0 X0 Y0 Z200 A0 C0\nM2\n")
+    client.open(path)
+    uri = client.open(path.with_name(f"{path.name}.toml"))
+    assert client.diagnostics(uri)["version"] == 1
+    for version, text in ((2, f"{SETUP}\n# a remark\n"), (3, SETUP)):
+        client.change(uri, version, text)
+        told = client.diagnostics(uri)
+        assert (told["version"], told["diagnostics"]) == (version, [])
+
+
 def test_other_toml_files_are_nobodys_business(client: Client, tmp_path: Path) -> None:
     uri = client.open(tmp_path / "Cargo.toml", '[package]\nname = "x"\nkind = 3\n')
     assert client.diagnostics(uri)["diagnostics"] == []

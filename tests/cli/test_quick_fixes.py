@@ -729,7 +729,17 @@ def ask_all(inspector: Inspector, path: Path, text: str, place: str, setup: str 
             "a.h",
             CYCLE.partition("6 M30")[0],
             "CYCL DEF |200",
-            ["Q201 = -3: depth", "Q206 = 150: plunge feed", "Q395: depth"],
+            ["Q201 = -3: depth, in the unit", "Q206 = 150: plunge feed, per minute", "Q395: depth of shank, the depth"],
+        ),
+        (
+            "a.h",
+            "3 CYCL DEF 251 RECTANGULAR POCKET ~\nQ218=60\n",
+            "CYCL DEF |251",
+            [
+                "Q218 = 60: length, first side",
+                "Q219: width, second side",
+                "Q366: plunging, 0 straight down, 1 on a helix",
+            ],
         ),
     ],
 )

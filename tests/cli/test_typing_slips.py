@@ -379,7 +379,14 @@ def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_p
         ("tool_length = 80.", "tool_length = 80.0"),
         ("machine = ac_trunnion", 'machine = "ac_trunnion"'),
         ("machine = \u201cac_trunnion\u201d", 'machine = "ac_trunnion"'),
-        ("allow_rewind = True", "allow_rewind = true"),
+        *(
+            (f"allow_rewind = {wrong}", f"allow_rewind = {right}")
+            for right, words in (
+                ("true", ("True", "ture", "tru", "yes", "on", "1", '"true"', "'on'", '"ture"')),
+                ("false", ("FALSE", "flase", "no", "off", "0", '"false"', '"no"')),
+            )
+            for wrong in words
+        ),
         ("tool_length = \u20138", "tool_length = -8"),
         ("tool_length = \u20118", "tool_length = -8"),
         ("tool_length =\u20098", "tool_length = 8"),
@@ -791,3 +798,48 @@ def test_what_follows_from_a_slip_of_siemens_is_not_told(
     (item,) = check(inspector, tmp_path / "a.mpf", embed(".mpf", lines)).findings
     assert item.line == line
     assert said in item.message
+
+
+#: A pocket whose first line and first corner have changed places, and a contour that is too narrow by itself.
+SWAPPED_LINES = {
+    "a.mpf": "T1 D1 M6\nS900 M3\nF500\nG0 X30 Y30 Z0\nG41 G1 Y0\nG3 X60 Y10 CR=10\nG1 X50\nY50\n"
+    "G3 X50 Y60 CR=10\nG1 X10\nG40 Y30\nG0 X30 Y30\nG41 G1 Y0\nX60\nG3 X62 Y2 CR=2\nG40 G1 X30\nM30\n",
+    "a.h": "BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+30 Y+30 Z+0 R0 FMAX M3\nL Y+30 FMAX\nL Y+0 RL F500\n"
+    "CR X+60 Y+10 R+10 DR+\nL X+50\nL Y+50\nCR X+50 Y+60 R+10 DR+\nL X+10\nL Y+30 R0\nL X+30 Y+30\nL Y+0 RL\n"
+    "L X+60\nCR X+62 Y+2 R+2 DR+\nL X+30 R0\nEND PGM A MM\n",
+}
+
+
+@pytest.mark.parametrize("name", SWAPPED_LINES)
+def test_corners_of_a_contour_whose_arc_is_refused_are_no_errors(
+    inspector: Inspector, tmp_path: Path, name: str
+) -> None:
+    """The contour behind a refused arc leads elsewhere; that of the next compensation is looked at as ever."""
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80, diameter = 16 }\n"
+    found = check(inspector, tmp_path / name, SWAPPED_LINES[name], setup).findings
+    said = [(item.code, item.line) for item in found if item.severity == "error"]
+    assert said == [("VP008", 6), ("VP026", 15)]
+
+
+@pytest.mark.parametrize(
+    ("line", "wrong", "near"),
+    [
+        *(("CR X+5 Y+5 R+30 {} F9", wrong, ["DR-"]) for wrong in ("SR-", "DE-", "FR-", "DT-")),
+        ("CR X+5 Y+5 R+30 {} F9", "DE+", ["DR+"]),
+        *(("L X+5 {} F9", wrong, near) for wrong, near in (("EL", ["RL"]), ("TR", ["RR"]), ("RK", ["RL"]))),
+        *(("L X+5 {} F9", wrong, near) for wrong, near in (("RT", ["RR"]), ("E0", ["R0"]), ("N8", ["M8"]))),
+        ("L X+5 {} F9", "N99", ["M99"]),
+    ],
+)
+def test_a_short_word_of_klartext_with_the_key_beside_the_right_one(
+    inspector: Inspector, tmp_path: Path, line: str, wrong: str, near: list[str]
+) -> None:
+    """It is named, and may be chosen: it is a side, a sense or a function of the machine, and none is preferred."""
+    text = embed(".h", line.format(wrong))
+    found = check(inspector, tmp_path / "a.h", text)
+    item = next(one for one in found.findings if one.code == "VP001")
+    assert item.message == f"{wrong}: no meaning in this language; {' or '.join(near)} may be meant"
+    assert [(one.value, one.is_choice) for one in item.edits] == [(one, True) for one in near]
+    fixes = [one for one in find_fixes(inspector, found, item, {tmp_path / "a.h": text}, NEVER) if one.is_choice]
+    assert [one.new for one in fixes] == near if wrong != "N99" else not fixes  # without a cycle, M99 is wrong too
+    assert not any(one.settles for one in fixes)

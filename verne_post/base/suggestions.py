@@ -19,6 +19,8 @@ DIGITS_OF_LABELS: Final = 2
 #: The end of a message about a word for which another reading is as likely: nothing is executed as it.
 MAY_BE_MEANT: Final = " may be meant"
 _CODE: Final = re.compile(r"[GM]\d+")
+#: What people write for the values that are true or false.
+_TRUTHS: Final = {**dict.fromkeys(("1", "on", "yes", "y"), "true"), **dict.fromkeys(("0", "off", "no", "n"), "false")}
 #: Letters that are typed for the digits they look like, and digits for letters.
 _ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
 _DIGITS: Final = str.maketrans("OIL", "011")
@@ -97,6 +99,12 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
         is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
     has_begin = word[0] == right_word[0] or (len(shorter) >= _LETTERS_WITHOUT_FIRST and "_" not in shorter)
     return is_slip and has_begin and len(shorter) >= least - (len(shorter) < len(longer))
+
+
+def find_truth(word: str) -> str:
+    """Which of true and false is meant by a word such as yes, True or ture; empty where none is."""
+    known, word = ("true", "false"), word.lower()
+    return word if word in known else _TRUTHS.get(word, "") or find_meant(word, known, slip_alone=True)
 
 
 def find_meant_number(number: str, known: Iterable[str]) -> str:

@@ -11,8 +11,10 @@ from msgspec import Struct
 from verne_post.base.numbers import format_fixed
 from verne_post.base.pasted import explain_pasted, is_pasted, translate_pasted
 from verne_post.base.printable import escape_unprinted
+from verne_post.base.suggestions import find_truth
 from verne_post.base.text_marks import UTF16, decode_text, is_utf16
 from verne_post.model.findings import Finding, InputError, make_input_error
+from verne_post.model.options import OPTIONS
 
 #: A number with a comma, where a value begins; with a comma and a number behind it, it is a list without brackets.
 _DECIMAL_COMMA: Final = re.compile(r"=[ \t]*([-+]?\d+,\d+)(?![\d.]|,[ \t]*[-+\d\[])[ \t]*")
@@ -110,11 +112,14 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"{word[0]}: a number needs a digit on both sides of the point; write {right}"
     if unit := _WITH_UNIT.fullmatch(word[0]):
         return f"{word[0]}: a number has no unit; write {unit[1]}, in the unit of the key"
-    if "Invalid value" in message and word[0].lower() in ("true", "false"):
-        return f"{word[0]}: write {word[0].lower()}"
-    if "Invalid value" in message and word[0][0].isalpha():
-        return f'{word[0]}: a text is in quotes; write "{word[0]}"'
-    return ""
+    if "Invalid value" not in message or not word[0][0].isalpha():
+        return ""
+    key = re.search(r"([\w-]+)[ \t]*=[ \t]*$", bare[: word.start()])
+    kinds = (one.kind for name, one in OPTIONS.items() if key is not None and key[1] == name)
+    if bool in kinds or word[0].lower() in ("true", "false"):
+        truth = find_truth(word[0])
+        return f"{word[0]}: write {truth or 'true or false'}"
+    return f'{word[0]}: a text is in quotes; write "{word[0]}"'
 
 
 def replace_pasted(text: str) -> str:

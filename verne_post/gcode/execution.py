@@ -55,6 +55,18 @@ class Execution(Struct):
     _has_unread_line: bool = False
     #: Axes that stand where a misspelt word, as it was corrected, has sent them.
     _doubtful_axes: set[str] = field(default_factory=set)
+    _refused_contour: int = 0  #: The line from which a compensation holds on whose contour an arc is refused.
+
+    def drop_wrong_corners(self, errors: list[ProgramError], contour: int) -> list[ProgramError]:
+        """Leave out corners of a contour of which an arc is refused: they are not where the program means them.
+
+        ``contour`` is the line from which the compensation held before the ``errors``; 0 without one.
+        """
+        if contour and any(error.code == "VP008" for error in errors):
+            self._refused_contour = contour
+        if not contour or contour != self._refused_contour:
+            return errors
+        return [error for error in errors if error.code != "VP026"]
 
     def drop_consequences(
         self, errors: list[ProgramError], chunk: Chunk, lines: range, moves: int
@@ -288,7 +300,9 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             execution.recorder.note_calls(calls.chain)
             restart = stop.trace is not None and may_restart(state) and run.may_restart()
             moves = execution.recorder.count
+            contour = 0 if state.compensation is None else state.compensation.start_line
             last, errors = run.execute(chunk, stop)
+            errors = execution.drop_wrong_corners(errors, contour)
             errors = execution.drop_consequences(errors, chunk, range(line, min(last, chunk.end_line)), moves)
             if stop.trace is not None and text is calls.main and line <= stop.trace.counted_line < last:
                 stop.trace.n_counted += 1

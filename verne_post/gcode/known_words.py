@@ -264,7 +264,7 @@ def _describe_values(name: str) -> Iterator[str]:
         from verne_post.gcode.klartext.cycle_words import OF_PARAMETERS
 
         numbers = [f"{cycle}" for cycle, (own, defaults) in OF_PARAMETERS.items() if int(name[1:]) in (*own, *defaults)]
-        meaning = klartext.name_parameter(int(name[1:]))
+        meaning = klartext.describe_parameter(int(name[1:]))
         if numbers:
             yield f"Klartext: a value of CYCL DEF {', '.join(numbers)}{f': {meaning}' if meaning else ''}"
 
@@ -330,7 +330,7 @@ def describe_values(word: str, dialect: str, given: Mapping[str, GivenValue] = M
             if f"Q{number}" not in given
         }
         values = (
-            (name, f"{klartext.name_parameter(int(name[1:]))}{without.get(name, '')}")
+            (name, f"{klartext.describe_parameter(int(name[1:]))}{without.get(name, '')}")
             for name in (f"Q{number}" for number in (*needs, *defaults))
         )
     named_values = ((f"{name} = {given[name].text}" if name in given else name, meaning) for name, meaning in values)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Generic, Literal, TypeV
 from msgspec import Meta, Struct, ValidationError, convert
 
 from verne_post.base.modules import list_module_names
-from verne_post.base.suggestions import suggest
+from verne_post.base.suggestions import find_truth, suggest
 from verne_post.base.team import can_fork
 from verne_post.base.type_words import describe, describe_bounds, has_shape, list_alternatives, strip_bounds
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
@@ -799,6 +799,8 @@ def check_value(name: str, value: Any) -> Any:
             pass
     unit = option.about.unit or ("degrees" if name.endswith("_deg") else "")
     words = describe_bounds(strip_bounds(fitting)[1]) or describe(option.kind)
+    if option.kind is bool and (truth := find_truth(str(value))):
+        words += f"; did you mean {truth}?"
     raise _make_refusal(name, value, f"expected {words} {unit}".rstrip())
 
 

@@ -233,7 +233,7 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
         if re.match(r"\S+ = ", sentence):  # of its value
             wrong = next((one for one in list_entries(text) if one.begin == begin), None)
             if wrong is not None:
-                new = f'"{near}"'
+                new = near if near in ("true", "false") else f'"{near}"'
                 yield Fix(
                     f"Write {new} in place of {text[wrong.value : wrong.end]}", path, text, wrong.value, wrong.end, new
                 )

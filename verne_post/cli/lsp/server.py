@@ -85,7 +85,8 @@ class Session:
         self.worker = ThreadPoolExecutor(1)
         self.tasks: set[asyncio.Task[None]] = set()  # the loop alone would let them go
         self.checks: dict[str, tuple[asyncio.Task[Inspected | None], threading.Event]] = {}
-        self.shown: dict[str, list[lsp.Diagnostic]] = {}  #: In files that are no programs.
+        #: In files that are no programs, with the version of an open text.
+        self.shown: dict[str, tuple[int | None, list[lsp.Diagnostic]]] = {}
         #: Files that programs read, and that are open, with what ends the check of each.
         self.open_files: dict[str, threading.Event] = {}
         self.options: dict[str, Options] = {}  #: Those of the last check of each program that could read its set-up.
@@ -247,9 +248,11 @@ class Session:
                     text = Path(file).read_text("utf-8", errors="replace")
             address = from_fs_path(file) or ""
             shown = self._make_diagnostics(address, self._list_mistakes(file), text or "")
-            if shown != self.shown.get(address):  # several checks say the same of a file
-                self.shown[address] = shown
-                self._send_diagnostics(address, shown)
+            documents = self.server.workspace.text_documents.values()
+            version = next((one.version for one in documents if _find_path(one.uri) == Path(file)), None)
+            if (version, shown) != self.shown.get(address):  # several checks say the same of a file
+                self.shown[address] = version, shown
+                self._send_diagnostics(address, shown, version)
 
     def _list_mistakes(self, file: str) -> list[Finding]:
         """What is shown in a file that is no program, with lines of that file."""

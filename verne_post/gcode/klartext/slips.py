@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import MAY_BE_MEANT, find_meant
 from verne_post.gcode.klartext.statements import (
     Statement,
     drop_doubles,
@@ -24,6 +24,9 @@ _DIGIT_BEFORE_Q: Final = re.compile(r"([FS]?)(\d)Q(\d*)")
 #: The number of the tool and its axis, or the axis and the speed, without the blank between them.
 _TOOL_AND_AXIS: Final = re.compile(r"(\d+(?=Z)|Z(?=[SF]))(Z|[SF]\d+)")
 _NAME_AND_NUMBER: Final = re.compile(r"([A-Z]{3,6})([-+]?[\d.,]+)")
+#: Words too short for other slips, and the keys beside those of their letters.
+_SHORT_WORD: Final = re.compile(r"R[LR0]|DR[-+]|M\d{1,3}")
+_KEYS_BESIDE: Final = {"D": "SFERXC", "R": "ETDF4", "L": "KOP", "M": "NJK"}
 
 
 def find_slip(
@@ -59,6 +62,10 @@ def find_slip(
         if (reading := _read_as_meant(pattern, written_word, names)) is not None:
             what, right = reading
             return statement.error("VP001", f"{written_word}: {what}; did you mean {right}?", at)
+    if near := _list_near_words(pattern, word):
+        edits = tuple(Remedy(f"write {one}", one, misspelt=word, is_choice=True) for one in near)
+        message = f"{word}: no meaning in this language; {' or '.join(near)}{MAY_BE_MEANT}"
+        return statement.error("VP001", message, begin, edits)
     ends = (
         at
         for at in range(1, len(word))
@@ -71,6 +78,17 @@ def find_slip(
     if re.match(r"[-+]?[\d.]", word):
         return statement.error("VP001", f"{word[:15]}: the letter before this number is missing", begin)
     return None
+
+
+def _list_near_words(pattern: re.Pattern[str], word: str) -> list[str]:
+    """The short words of a statement that a key beside the right one turns into this word."""
+    readings = (
+        word[:at] + right + word[at + 1 :]
+        for at, letter in enumerate(word)
+        for right, beside in _KEYS_BESIDE.items()
+        if letter in beside
+    )
+    return [one for one in readings if _SHORT_WORD.fullmatch(one) and pattern.fullmatch(one)]
 
 
 def _read_as_meant(pattern: re.Pattern[str], word: str, names: Sequence[str]) -> tuple[str, str] | None:

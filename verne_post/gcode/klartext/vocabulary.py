@@ -321,3 +321,36 @@ class Q:
 def name_parameter(number: int) -> str:
     """What a Q parameter of cycles is, in words, as "surface" for 203; empty for one that no cycle has."""
     return next((name.lower().replace("_", " ") for name, value in vars(Q).items() if value == number), "")
+
+
+#: Q parameters whose unit is none of length, by that unit.
+_UNITS: Final = {
+    "per minute, in the unit of the program": (206, 207, 208, 253, 254, 385, 512),
+    "s": (210, 211, 255),
+    "degrees": (224, 245, 246, 247, 248, 336, 374, 376, 378),
+    "1/min": (427, 428),
+    "percent": (401,),
+    "": (213, 241, 242, 243, 339, 347, 348, 349, 355, 370, 377, 389, 403, 426, 429, 430, 437, 439, 572, 573),
+}
+#: Q parameters whose names do not say enough: which side it is, and what the values of a switch mean.
+_MORE: Final = {
+    214: "of the retract: 0 none, 1 -X, 2 -Y, 3 +X, 4 +Y",
+    215: "0 roughing and finishing, 1 roughing alone, 2 finishing alone",
+    218: "first side, along X of the cycle, in the unit of the program",
+    219: "second side, along Y of the cycle, or width of a slot, in the unit of the program",
+    301: "way between the places: 0 at the set-up clearance Q200, 1 at the second one, Q204",
+    343: "0 by the depth Q201, 1 by the diameter Q344",
+    350: "of the paths: 1 along X, 2 along Y of the cycle",
+    351: "1 climb milling, -1 conventional milling",
+    360: "0 sinks before the thread, 1 after it",
+    365: "way between the places: 0 along a line, 1 along the circle",
+    366: "0 straight down, 1 on a helix, 2 swinging (cycle 252 has no 2)",
+    367: "of the tool on call; of a pocket or stud: 0 in the middle, 1 to 4 at a corner, from -X -Y on, anticlockwise",
+    395: "the depth is that of 0 the tip, 1 the cylindrical shank",
+}
+
+
+def describe_parameter(number: int) -> str:
+    """Name of a Q parameter of cycles with its unit, or with what its values mean; empty for one that no cycle has."""
+    unit = next((unit for unit, numbers in _UNITS.items() if number in numbers), "in the unit of the program")
+    return ", ".join(filter(None, (name_parameter(number), _MORE.get(number, unit)))) if name_parameter(number) else ""
