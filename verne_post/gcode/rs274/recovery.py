@@ -12,6 +12,7 @@ from typing import Final
 
 from verne_post.base.suggestions import find_correction
 from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES
 from verne_post.gcode.execution import FATAL
@@ -275,6 +276,16 @@ class Recovery:
         state = self.interpreter.state
         value *= MM_PER_INCH if self.interpreter.modes.inch and AXES[axis] in LINEAR else 1.0
         place_axis(state, axis, value)
+
+    def lose_plane(self) -> None:
+        """Where the axes of the plane stand is not known until they are named again."""
+        for axis in PLANES[self.interpreter.state.plane][:2]:
+            self._lose(axis)
+
+    def is_plane_lost(self) -> bool:
+        """Whether an axis of the plane has not been named again."""
+        state = self.interpreter.state
+        return not all(state.known_axes[axis] for axis in PLANES[state.plane][:2])
 
     def _lose(self, axis: int) -> None:
         lose_axis(self.interpreter.state, axis)
