@@ -502,6 +502,7 @@ def test_a_blank_does_not_stand_for_another_error(machine: Any) -> None:
     [
         ("p.nc", "G53.1\nG1 X5. Y5.\nG2 X10. Y0 I9. J0", ["7: VP017", "9: VP008"]),
         ("p.nc", "G53.1\nG1 X5.\nG2 X10. Y0 I9. J0\nG1 X5.\nG2 X10. Y0 I9. J0", ["7: VP017", "11: VP008"]),
+        ("p.nc", "G53.1\n#1=#5041\nG91 X5.\nG2 X3. I9. J1.\nG90 G1 X5. Y5.", ["7: VP017"]),
         ("p.ngc", "g77\ng2 x9 i3 j3\ng1 x5 y5\ng2 x10 y0 i9 j0", ["4:1: VP002", "7: VP008"]),
     ],
 )

@@ -188,8 +188,8 @@ def find_doubts(source: Text, errors: Sequence[Finding]) -> list[Finding]:
             continue
         text = decode_line(raw)
         found = {one.letter: (line, one) for one in find_divided(text, line)} if line in candidates else {}
-        named = {one.upper() for one in _AXIS_WORD.findall(remove_remarks(text))}
-        before, pending = pending, {axis: one for axis, one in pending.items() if axis not in named}
+        named_axes = {one.upper() for one in _AXIS_WORD.findall(remove_remarks(text))}
+        before, pending = pending, {axis: one for axis, one in pending.items() if axis not in named_axes}
         pending |= {letter: one for letter, one in found.items() if letter in AXES}
         of_arc = {letter: one for letter, one in found.items() if letter in _OF_ARCS}
         for at, one in (*before.values(), *pending.values(), *of_arc.values()) if line in failing else ():

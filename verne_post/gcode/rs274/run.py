@@ -191,12 +191,12 @@ class _BlockRun:
             return errors
         for error in errors:
             _find_column(error, raw)
-        for divided in find_divided(text, line):
-            own = [one for one in errors if divided.begin <= (one.column or 0) <= divided.end and one.code != "VP008"]
+        for number in find_divided(text, line):
+            own = [one for one in errors if number.begin <= (one.column or 0) <= number.end and one.code != "VP008"]
             if own:
                 self.flow.interpreter.recorder.warnings.pop((line, "VP001"), None)
                 recovery.pass_unread(text, line)
-                return [divided.error, *(one for one in errors if one not in own and one.code not in OF_WORDS)]
+                return [number.error, *(one for one in errors if one not in own and one.code not in OF_WORDS)]
         return errors
 
     def _drop_following(
@@ -212,7 +212,7 @@ class _BlockRun:
             kind = error.code, _VALUES.sub("0", error.message)  # a loop gives other values
             is_new = not earlier or earlier.get(kind) == error.message or error.code in FATAL
             of_plane = error.code == "VP017" and _OF_PLANE.search(error.message) is not None
-            follows = (is_lost and error.code in ("VP008", "VP017")) or (self._lacks_code and of_plane)
+            follows = (is_lost and error.code in ("VP008", "VP013", "VP017")) or (self._lacks_code and of_plane)
             if is_new and not follows:
                 left.append(error)
         for error in left:
