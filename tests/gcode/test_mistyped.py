@@ -14,6 +14,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.vocabulary import GROUP_OF, NO_EFFECT
 from verne_post.model.findings import Finding
 from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,0")
 #: Language -> a program with a place for lines, and the number of the first of them.
@@ -421,9 +422,8 @@ def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_p
 @pytest.mark.parametrize(
     ("lines", "line", "code", "text"),
     [
-        ("G1 X5 F500\nX5 7", 1, "VP001 warning", "so that this is X57; 7 may lack its letter, such as Y7 or F7"),
-        ("G1 X5 F500\nX5 7000", 1, "VP001 error", "such as Y7000 or F7000; read so, line "),
-        ("G1 X5 F500\nG1 X5 C12 60 Y2\nG2 X9 Y9 I3", 1, "VP001 error", "60 may lack its letter, such as F60"),
+        # C does not lead to the arc
+        ("G1 X5 F500\nG1 X5 C12 60 Y2\nG2 X9 Y9 I3", 2, "VP008 error", "radius 3 mm at the start (X5 Y2)"),
         (
             "G1 X5 F500\nG1 -25 C0",
             1,
@@ -466,6 +466,51 @@ def test_a_slip_has_one_finding_and_what_follows_has_none(
     """Such as an arc that no longer closes, a travel, a variable without a value."""
     (found,) = find_errors(run, tmp_path, "p.ngc", lines)
     assert found.startswith(f"{PROGRAMS['p.ngc'][1] + line}:") and f" {code}: " in found and text in found
+
+
+@pytest.mark.parametrize(
+    ("lines", "wanted"),
+    [
+        ("G1 X1 F1 0 0\nX2 Z6 0\nX5 7\nX15 28 F500\nX3", ["7: VP110 error", "7:5: VP001 warning"]),
+        ("G1 X1 F1 0 0\nX2 Y1 0\nX9000", ["6: VP110 error"]),  # F and a number of single digits are no cause
+        ("G1 F1 500\nX9000\nX0", ["5: VP110 error"]),
+        ("G1 X5 7000 F500\nY5", ["4: VP110 error", "4:7: VP001 warning"]),  # line 5 begins there too
+        ("G1 Y1 20 F500\nY0\nX9000", ["6: VP110 error"]),  # Y is said again
+        ("G1 Y1 20 F500\nX9000", ["4:7: VP001 warning", "5: VP110 error"]),
+        ("F500\nG1 X1 20\nG2 X9 Y9 I3", ["5:7: VP001 warning", "6: VP008 error"]),
+        ("F500\nG1 X12 0\nX0\nG2 X9 Y9 I3", ["7: VP008 error"]),
+        ("G0 Z3 0\nG1 X1 F1 0 0 Y 2 0\nX12 5\nG1 7 X3", []),
+    ],
+)
+def test_a_number_with_a_blank_hides_no_error(
+    run: Callable[..., Any], tmp_path: Path, lines: str, wanted: list[str]
+) -> None:
+    """It is named beside an error of a place that depends on it, and nowhere else."""
+    found = find_errors(run, tmp_path, "p.ngc", lines)
+    assert [re.match(r"[\d:]+ VP\d+ \w+", one)[0] for one in found] == wanted
+
+
+def test_a_blank_does_not_stand_for_another_error(machine: Any) -> None:
+    program = b"g21 g90 g17 g94\nt1 m6\ns1000 m3\ng1 z20 f1 0 0\ng1 x1 y2\nm2"
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)}
+    findings = check(program, machine, Options(dialect="rs274", tools=tools, wcs={"G54": (0, 0, 0)})).findings
+    assert [(one.code, one.line) for one in findings if one.severity == "error"] == [("VP012", 4)]
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "wanted"),
+    [
+        ("p.nc", "G53.1\nG1 X5. Y5.\nG2 X10. Y0 I9. J0", ["7: VP017", "9: VP008"]),
+        ("p.nc", "G53.1\nG1 X5.\nG2 X10. Y0 I9. J0\nG1 X5.\nG2 X10. Y0 I9. J0", ["7: VP017", "11: VP008"]),
+        ("p.nc", "G53.1\n#1=#5041\nG91 X5.\nG2 X3. I9. J1.\nG90 G1 X5. Y5.", ["7: VP017"]),
+        ("p.ngc", "g77\ng2 x9 i3 j3\ng1 x5 y5\ng2 x10 y0 i9 j0", ["4:1: VP002", "7: VP008"]),
+    ],
+)
+def test_errors_are_held_back_until_the_place_is_known(
+    run: Callable[..., Any], tmp_path: Path, name: str, lines: str, wanted: list[str]
+) -> None:
+    """They may follow from a plane, or a code, that is not there; not once X and Y have been named again."""
+    assert [one.split(" error")[0] for one in find_errors(run, tmp_path, name, lines)] == wanted
 
 
 @pytest.mark.parametrize("name", ["p.nc", "p.ngc"])

@@ -5,7 +5,6 @@ tolerance to it. Where that is not enough, on tight arcs and fast corners, and w
 along the path are lowered until the shaped rows themselves keep tolerance and feed rate.
 """
 
-import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final
@@ -24,7 +23,8 @@ from verne_post.base.numbers import format_duration
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.gcode.read import find_doubt
+from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.rs274.letterless import find_doubts
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, SolverError, make_finding, make_input_error
@@ -99,23 +99,13 @@ def _try_remedies(
         from verne_post.app.start_lines import quote_start  # for refused programs alone
         from verne_post.app.tried_remedies import add_remedies, name_cause
 
-        errors = _name_doubt(program, error.findings)
+        errors, options = error.findings, program.options
+        if choose_dialect_name(options.dialect, source, options.source_name) == "rs274":
+            errors = (*errors, *find_doubts(source, [one for one in errors if one.severity == "error"]))
         if tell is not None:
             tell(errors)
         found = (name_cause if only_cause else add_remedies)(source, program, errors)
         raise InputError(*quote_start(source, program, found)) from None
-
-
-def _name_doubt(program: Program, findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """What refuses a program; from a line on whose number may lack its letter, that line alone."""
-    doubt = find_doubt(program.moves.findings)
-    errors = [one for one in findings if one.severity == "error" and (one.line or 0) >= ((doubt and doubt.line) or 0)]
-    if doubt is None or not errors:
-        return findings
-    text = f"{doubt.message}; read so, line {errors[0].line} fails ({errors[0].code})"
-    others = [one for one in findings if one.severity != "warning" or (one.line or 0) < (doubt.line or 0)]
-    others = [one for one in others if one not in errors]
-    return (dataclasses.replace(doubt, severity="error", message=text), *others)
 
 
 def check_limits(

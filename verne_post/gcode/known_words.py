@@ -230,17 +230,17 @@ def describe_pasted(line: str) -> list[str]:
             del parts[0]
             continue
         names = (" ".join(parts[:count]) for count in range(min(len(parts), _MOST_WORDS_OF_NAME), 0, -1))
-        name, texts = next(((one, known) for one in names if (known := describe_word(one))), ("", []))
+        name, texts = next(((one, lines) for one in names if (lines := describe_word(one))), ("", []))
         if not texts:
             return []
         found.append((name, texts))
         del parts[: len(name.split())]
     own = [{language for language in _PAGES for text in texts if text.startswith(language)} for _name, texts in found]
-    shared = tuple(set(_PAGES).intersection(*own))
+    languages = tuple(set(_PAGES).intersection(*own))
     return [
         line
         for name, texts in found
-        for line in (name, *(f"  {text}" for text in texts if not shared or text.startswith((*shared, " "))))
+        for line in (name, *(f"  {text}" for text in texts if not languages or text.startswith((*languages, " "))))
     ]
 
 

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from typing import Final
@@ -23,6 +22,7 @@ from verne_post.gcode.missing_setup import report_missing_offsets
 from verne_post.gcode.mistyped import UNREADABLE, say_what_is_meant
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.rs274.letterless import find_doubts
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
 from verne_post.gcode.text import decode_line
@@ -33,8 +33,6 @@ from verne_post.model.moves import Frame, Moves
 _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
 #: Errors that follow where an incremental word (G91 in place of G90) leaves it open where the axes stand.
 _OF_POSITIONS: Final = ("VP008", "VP013", "VP017", "VP025")
-#: Errors that also follow from a number that is not the one that is meant.
-_OF_NUMBERS: Final = (*_OF_POSITIONS, "VP005", "VP007", "VP009", "VP012", "VP026", "VP031")
 #: Errors that a line has whether or not the program comes to it.
 _OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 #: So many blocks are repeated after an error, which may have left a loop without an end.
@@ -83,9 +81,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     execution = dialect.execute(source, setup, state, StopConditions())
     if unsaid is not None:
         finding, execution.recorder.assumed_axes = unsaid
-        doubt = find_doubt(execution.recorder.warnings.values())
-        if doubt is None or (finding.line or 0) < (doubt.line or 0):  # the letter of the axis may be what is missing
-            execution.recorder.warnings[finding.line or 0, finding.code] = finding
+        execution.recorder.warnings[finding.line or 0, finding.code] = finding
     if execution.errors:
         # where a letter stands in a number, the point is not what is missing; and after an error neither the axes, the
         # tools nor the motion need be what the program means
@@ -99,19 +95,10 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
             and one.code != "VP023"  # the call of a cycle may be what is wrong
         ]
         found = _add_hidden_errors(source, setup, execution)
-        doubt = find_doubt(warnings)
-        if doubt is not None:  # what only follows from the number that is read so
-            found = [item for item in found if (item.line or 0) <= (doubt.line or 0) or item.code not in _OF_NUMBERS]
-            found.append(replace(doubt, severity="error"))
-            warnings.remove(doubt)
-        every = [*found, *warnings]
+        doubts = find_doubts(source, found) if setup.machine and name_dialect(dialect) == "rs274" else []
+        every = [*found, *warnings, *doubts]
         raise _make_refusal(source, every, dialect, execution, setup)
     return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())
-
-
-def find_doubt(findings: Iterable[Finding]) -> Finding | None:
-    """The first number that is read with a blank in it, and may lack a letter: what fails after it may follow."""
-    return next((one for one in findings if one.code == "VP001" and one.severity == "warning"), None)
 
 
 def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:

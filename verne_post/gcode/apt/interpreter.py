@@ -86,8 +86,8 @@ class AptInterpreter(Rs274):
                 super().execute(block)
             except ProgramError as error:
                 if error.code == "VP012" and error.about:
-                    unused = f"{error.about}: LENGTH in its statement is not used, and "
-                    error.message = error.message.replace(f"{error.about}: ", unused, 1)
+                    without_length = f"{error.about}: LENGTH in its statement is not used, and "
+                    error.message = error.message.replace(f"{error.about}: ", without_length, 1)
                 raise
         else:
             super().execute(block)

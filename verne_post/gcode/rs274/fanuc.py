@@ -256,8 +256,9 @@ class FanucInterpreter(Rs274):
             return Block(line, macro=statement)
         self.parameters.passed_word = ""
         refuse_letterless(text)
-        if self.setup.machine and (found := find_divided(text, line, "FST")) is not None:
-            self.recorder.warn("VP001", found.message, line, found.column, "warning", found.edits)
+        if self.setup.machine:
+            for error in [one.error for one in find_divided(text, line) if one.letter in "FST"][:1]:
+                self.recorder.warn("VP001", error.message, line, error.column, "warning", error.edits)
         corner = None
         try:
             if "," in text:
@@ -576,8 +577,8 @@ class FanucInterpreter(Rs274):
             for letter, column in block.columns.items():
                 if letter not in WORDS_OF_FRAMES[frame_codes[0]] + "FST":
                     is_by_angles = frame_codes[0] == OF_TOOL and letter in "IJK"
-                    meant = f"; a plane by the angles I, J, K is {spell_g_code(PLANE)}" if is_by_angles else ""
-                    raise ProgramError("VP006", f"{name} does not use {letter}{meant}", column)
+                    advice = f"; a plane by the angles I, J, K is {spell_g_code(PLANE)}" if is_by_angles else ""
+                    raise ProgramError("VP006", f"{name} does not use {letter}{advice}", column)
             return None
         self._drop_axes(block, g)
         return super()._plan(block, g, m)

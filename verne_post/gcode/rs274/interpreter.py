@@ -165,8 +165,9 @@ class Rs274(Language):
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; with the current values of parameters."""
-        if self.setup.machine and (found := find_divided(text, line)) is not None:
-            self.recorder.warn("VP001", found.message, line, found.column, "warning", found.edits)
+        if self.setup.machine and (found := next(find_divided(text, line), None)) is not None and found.letter == "N":
+            error = found.error  # other numbers are told where something fails for them
+            self.recorder.warn("VP001", error.message, line, error.column, "warning", error.edits)
         return read_block(text, line, self.parameters)
 
     def execute(self, block: Block) -> None:

@@ -1,14 +1,19 @@
 """Numbers that stand without their letter, and so would be read as part of the number before them."""
 
 import re
-from typing import Final
+from collections.abc import Iterator, Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from verne_post.base.arrays import Ints
+from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.program_error import ProgramError
-from verne_post.model.findings import Remedy
+from verne_post.gcode.text import decode_line
+from verne_post.model.findings import Finding, Remedy, make_finding
+from verne_post.model.moves import AXES
+from verne_post.model.verdict import is_about_pose
 
 #: What may be such a number: it stands behind a blank that follows another number, or N has a point.
 _CANDIDATE: Final = re.compile(rb"[0-9.][ \t]+[-+]?[0-9.]|[Nn][ \t]*[0-9]+\.")
@@ -19,9 +24,16 @@ _PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
 _DIGITS_OF_CODES: Final = 2
 #: A word, and a number behind a blank.
 _WORD_AND_NUMBER: Final = re.compile(
-    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])(?P<own>[-+]?[0-9.]+)[ \t]+(?P<number>[-+]?[ \t]*[0-9.]+)(?![ \t]*\])",
+    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])(?P<own>[-+]?[0-9.]+)[ \t]+(?P<number>[-+]?[ \t]*[0-9.]+)(?![ \t]*\])"
+    r"(?P<more>[ \t]+[0-9.])?",
     re.IGNORECASE,
 )
+#: Words whose numbers have two digits as a rule: a letter may be missing between any two.
+_WORDS_OF_CODES: Final = "GMNTHD"
+#: Words of an arc; they say nothing about later lines.
+_OF_ARCS: Final = "IJKR"
+_OF_ENDS: Final = f"XYZ{_OF_ARCS}"  #: Words on which an arc depends.
+_AXIS_WORD: Final = re.compile(rf"([{AXES}])[ \t]*[-+.\d#\[]", re.IGNORECASE)
 #: Words of a motion in the order in which they are written.
 _ORDER: Final = "XYZACF"
 _POINT_IN_NUMBER: Final = re.compile(r"[ \t/]*(N[ \t]*[0-9]+[ \t]*\.[0-9 \t.]*)", re.IGNORECASE)
@@ -107,41 +119,55 @@ def _find_letter_of_code(number: str, rest: str) -> str:
     return "M" if is_alone or number in _ENDS else "G"
 
 
-def find_divided(text: str, line: int = 0, letters_before: str = "") -> ProgramError | None:
-    """What is wrong with a number that a blank divides, as in X15 28, if anything is; None where there is none.
+class Divided(NamedTuple):
+    """A number that a blank divides: the letter of its word, its first and last column, and what may be meant."""
 
-    LinuxCNC reads one number, X1528: it is an error only where something fails for it. Whoever writes X 1 5 means it.
-    Where ``letters_before`` are given, only numbers of these words are looked at.
+    letter: str
+    begin: int
+    end: int
+    error: ProgramError
+
+
+def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
+    """Numbers that a blank divides, as in X15 28.
+
+    LinuxCNC reads one number, X1528: it is wrong only where something fails for it. Whoever writes X 1 5 or F1 0 0
+    means it.
     """
-    if not letters_before and (point := _POINT_IN_NUMBER.match(text)) is not None:
-        return ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
+    if (point := _POINT_IN_NUMBER.match(text)) is not None:
+        error = ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
+        yield Divided("N", point.start(1) + 1, point.end(1), error)
+        return
     for match in _WORD_AND_NUMBER.finditer(text):
         if match["letter"] is None or match["letter"].upper() == "O":
-            continue
-        if letters_before and match["letter"].upper() not in letters_before:
             continue
         before, rest = text[: match.start()], text[match.end() :]
         if before.count("[") > before.count("]") or re.fullmatch(r"0\d+", match["number"]):
             continue
         word, number = f"{match['letter']}{match['own']}", match["number"]
-        is_of_block = match["letter"].upper() == "N"
+        letter, begin, end = match["letter"].upper(), match.start() + 1, match.end("number")
+        is_of_block = letter == "N"
+        if letter not in _WORDS_OF_CODES and (match["more"] or len(match["own"] + number) == _DIGITS_OF_CODES):
+            continue
         if (behind := _LETTER_AND_DIGITS.match(rest)) is not None and len(number) == 1 and number.isdigit():
             if number == "0":  # of Z6 0I0, whose blank is one place too early
                 continue
             wrong, right = f"{number}{behind[0]}", f"{behind[1]}{number}{behind[2]}"
             message = f"{wrong}: a digit before its letter, which is read as {word}{number}; {right} may be meant"
             edit = Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True)
-            return ProgramError("VP001", message, match.start("number") + 1, edits=(edit,))
+            error = ProgramError("VP001", message, match.start("number") + 1, edits=(edit,))
+            yield Divided(letter, begin, match.end() + behind.end(), error)
+            continue
         if is_of_block:
             message = f"{match[0].strip()}: {_AS_NUMBER}"
         elif number[0] in "+-" or ("." in match["own"] and "." in number):
             message = f"{number}: a number without a letter before it"
         else:
             message = f"{match[0].strip()}: blanks mean nothing in a number, so that this is {word}{number}"
-        letters = list_letters(match["letter"].upper(), match["own"], number, rest)
+        letters = list_letters(letter, match["own"], number, rest)
         if not letters and number.isdigit():
             continue
-        words = [f"{letter}{number}" for letter in letters or ["F"]]
+        words = [f"{one}{number}" for one in letters or ["F"]]
         edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=number, is_choice=True) for one in words)
         such = " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
         such += ", the time of G4" if re.fullmatch("G0*4", word, re.IGNORECASE) else ""
@@ -150,8 +176,37 @@ def find_divided(text: str, line: int = 0, letters_before: str = "") -> ProgramE
             if is_of_block
             else f"; {number} may lack its letter, such as {such}"
         )
-        return ProgramError("VP001", message, match.start("number") + 1, edits=edits)
-    return None
+        yield Divided(letter, begin, end, ProgramError("VP001", message, match.start("number") + 1, edits=edits))
+
+
+def find_doubts(source: Text, errors: Sequence[Finding]) -> list[Finding]:
+    """Warnings (VP001) of numbers that a blank divides, on which an arc or a place that is refused depends.
+
+    The number is of the line that fails, or says where an axis stands there.
+    """
+    failing = {item.line or 0: item for item in reversed(errors) if item.code == "VP008" or is_about_pose(item.code)}
+    candidates = set((find_candidates(bytes(source)) + 1).tolist()) if failing else set()
+    if not candidates:
+        return []
+    doubts: list[Finding] = []
+    pending: dict[str, tuple[int, Divided]] = {}  # of the axes that were named last so
+    for line, raw in enumerate(bytes(source).split(b"\n")[: max(failing)], 1):
+        if not pending and line not in candidates:
+            continue
+        text = decode_line(raw)
+        found = {one.letter: (line, one) for one in find_divided(text, line)} if line in candidates else {}
+        named_axes = {one.upper() for one in _AXIS_WORD.findall(remove_remarks(text))}
+        before, pending = pending, {axis: one for axis, one in pending.items() if axis not in named_axes}
+        pending |= {letter: one for letter, one in found.items() if letter in AXES}
+        of_arc = {letter: one for letter, one in found.items() if letter in _OF_ARCS}
+        for at, one in (*before.values(), *pending.values(), *of_arc.values()) if line in failing else ():
+            is_named = any((item.line, item.column) == (at, one.error.column) for item in doubts)
+            if is_named or (failing[line].code == "VP008" and one.letter not in _OF_ENDS):
+                continue
+            message = f"{one.error.message}; read so, line {line} fails ({failing[line].code})"
+            where = {"line": at, "last_line": at, "worst_line": at, "column": one.error.column}
+            doubts.append(make_finding("VP001", message, severity="warning", edits=one.error.edits, **where))
+    return doubts
 
 
 def list_letters(before: str, own: str, number: str, rest: str) -> list[str]:

@@ -288,6 +288,16 @@ class Recovery:
         value *= MM_PER_INCH if self.interpreter.modes.inch and AXES[axis] in LINEAR else 1.0
         place_axis(state, axis, value)
 
+    def lose_plane(self) -> None:
+        """Where the axes of the plane stand is not known until they are named again."""
+        for axis in PLANES[self.interpreter.state.plane][:2]:
+            self._lose(axis)
+
+    def is_plane_lost(self) -> bool:
+        """Whether an axis of the plane has not been named again."""
+        state = self.interpreter.state
+        return not all(state.known_axes[axis] for axis in PLANES[state.plane][:2])
+
     def _lose(self, axis: int) -> None:
         lose_axis(self.interpreter.state, axis)
         self.uncertain.add(axis)

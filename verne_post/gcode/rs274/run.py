@@ -17,6 +17,7 @@ from verne_post.gcode.program_error import ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.flow import Flow
 from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.letterless import find_divided
 from verne_post.gcode.rs274.recovery import OF_WORDS, Recovery
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.templates import find_word_columns
@@ -151,14 +152,15 @@ class _BlockRun:
         first = len(warnings)
         self.calls.line += 1
         interpreter.parameters.line = line
+        is_lost = self._lacks_code and self.recovery is not None and self.recovery.is_plane_lost()
         block = chunk.build_block(row, line) if interpreter.reads_plain_words else None
         try:
             if block is not None:
                 errors = self._execute_block(block, line)
             elif line != text.opening and _is_executed(raw := chunk.read_raw(row), interpreter.setup):
                 errors = self._read_and_execute(decode_line(raw), line)
-                if (line, "VP001") in warnings:  # a number that a blank divides is the cause
-                    errors = self._name_cause(errors, decode_line(raw), line)
+                if errors and not interpreter.custom_macro:
+                    errors = self._name_cause(errors, chunk.read_raw(row), line)
         except ProgramError as error:
             _find_column(error, chunk.read_raw(row))
             raise
@@ -177,39 +179,53 @@ class _BlockRun:
         except ProgramError as error:
             self._name_loop(error, text)
             raise
-        errors = self._drop_following(errors, text, line) if errors else errors
+        errors = self._drop_following(errors, text, line, is_lost=is_lost) if errors else errors
         self._has_unknown_code = any(error.code == "VP002" for error in errors)
         self._is_unread = self._has_unknown_code or any(error.code == "VP001" for error in errors)
         return errors
 
-    def _name_cause(self, errors: list[ProgramError], text: str, line: int) -> list[ProgramError]:
-        """The errors of a line with a number that a blank divides: that number alone; warnings of the line go."""
-        warnings = self.flow.interpreter.recorder.warnings
-        for key in [key for key in warnings if key[0] == line and key[1] != "VP001"]:
-            del warnings[key]
-        if not errors or self.recovery is None:
+    def _name_cause(self, errors: list[ProgramError], raw: bytes, line: int) -> list[ProgramError]:
+        """The errors of a line; those at a number that a blank divides are that number, without what follows."""
+        text, recovery = decode_line(raw), self.recovery
+        if recovery is None:
             return errors
-        item = warnings.pop((line, "VP001"))
-        self.recovery.pass_unread(text, line)
-        return [ProgramError("VP001", item.message, item.column, edits=item.edits)]
+        for error in errors:
+            _find_column(error, raw)
+        for number in find_divided(text, line):
+            own = [one for one in errors if number.begin <= (one.column or 0) <= number.end and one.code != "VP008"]
+            if own:
+                self.flow.interpreter.recorder.warnings.pop((line, "VP001"), None)
+                recovery.pass_unread(text, line)
+                return [number.error, *(one for one in errors if one not in own and one.code not in OF_WORDS)]
+        return errors
 
-    def _drop_following(self, errors: list[ProgramError], text: ProgramText, line: int) -> list[ProgramError]:
-        """Errors of a line without those that its error in an earlier run, or an unknown G code before, has caused."""
+    def _drop_following(
+        self, errors: list[ProgramError], text: ProgramText, line: int, *, is_lost: bool
+    ) -> list[ProgramError]:
+        """Errors of a line without those that its error in an earlier run, or an unknown G code before, has caused.
+
+        ``is_lost``: since that code, or a plane that is not there, the axes of the plane have not been named again.
+        """
         earlier = self._reported_errors.setdefault((id(text), line), {})
         left = []
         for error in errors:
             kind = error.code, _VALUES.sub("0", error.message)  # a loop gives other values
             is_new = not earlier or earlier.get(kind) == error.message or error.code in FATAL
-            if is_new and not (self._lacks_code and error.code in ("VP008", "VP017")):
+            of_plane = error.code == "VP017" and _OF_PLANE.search(error.message) is not None
+            follows = (is_lost and error.code in ("VP008", "VP013", "VP017")) or (self._lacks_code and of_plane)
+            if is_new and not follows:
                 left.append(error)
         for error in left:
             earlier.setdefault((error.code, _VALUES.sub("0", error.message)), error.message)
-        self._lacks_code |= any(
+        lacks_code = any(
             (error.code == "VP002" and error.edits and re.match(r"G\S+ is not a code", error.message))
             or error.leaves_unknown
             or (error.code == "VP017" and _OF_PLANE.search(error.message))
             for error in left
         )
+        if lacks_code and self.recovery is not None:
+            self._lacks_code = True
+            self.recovery.lose_plane()
         return left
 
     def _name_loop(self, error: ProgramError, text: ProgramText) -> None:
