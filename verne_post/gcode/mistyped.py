@@ -85,7 +85,11 @@ _WRONG_ORDER: Final = (
         _I_IN_NUMBER,
         r"\g<1>1",
     ),
-    (re.compile(r"(?<![A-Z_])([A-HJ-Z][-+]?)I()(?=[ \t]*(?:[A-Z][-+.\d#]|[(;]|$))", re.IGNORECASE), _I_IN_NUMBER, r"\g<1>1"),
+    (
+        re.compile(r"(?<![A-Z_])([A-HJ-Z][-+]?)I()(?=[ \t]*(?:[A-Z][-+.\d#]|[(;]|$))", re.IGNORECASE),
+        _I_IN_NUMBER,
+        r"\g<1>1",
+    ),
     (re.compile(r"(#\d+)[lI]()(?=[ \t]*[-+*/\]])"), "a letter in a number", r"\g<1>1"),
     (
         re.compile(r"(?<![\w\]=\[*/+-])([-+])([A-Z])(\d+\.?\d*|\.\d+)(?![\w.])", re.IGNORECASE),
