@@ -62,9 +62,11 @@ M30
 """
 
 
-def _check(run: Callable[..., Any], name: str, program: str, *options: str) -> list[Any]:
+def _check(
+    run: Callable[..., Any], name: str, program: str, *options: str, setup: tuple[str, ...] = SETUP
+) -> list[Any]:
     Path(name).write_text(program)
-    shown = json.loads(run("check", name, *SETUP, *options, "--output-format", "json").out)
+    shown = json.loads(run("check", name, *setup, *options, "--output-format", "json").out)
     return [item for item in shown["programs"][0]["findings"] if item["severity"] == "error"]
 
 
@@ -115,3 +117,77 @@ def test_what_the_turn_leaves_is_said(run: Callable[..., Any]) -> None:
     (told,) = refused["remedies"]
     assert told.startswith("A0 C0 before line 10 comes first, because the table stands at A-90 C-180")
     assert told.endswith("with it VP210 of line 13 is left")
+
+
+TRAORI = """G17 G54 G90 G94 G710
+T1 D1
+M6
+S1000 M3
+G0 A0 C0
+TRAORI
+G0 X0 Y0 Z40
+G0 X10 Y0 Z20 A-25 C0
+G1 Z-8 F300
+TRAFOOF
+X-150 Y-100
+X0
+G0 Z60
+M30
+"""
+RESET = """0 BEGIN PGM K MM
+1 TOOL CALL 1 Z S1000
+2 M3
+3 L A0 C0 R0 FMAX
+4 L X0 Y0 Z+40 R0 FMAX
+5 PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX
+6 L X10 Y0 R0 FMAX
+7 L Z+20 R0 FMAX
+8 L Z-8 R0 F300
+9 PLANE RESET STAY
+10 L X-150 Y-100 R0 F300
+11 L X0 R0
+12 L Z+60 R0 FMAX
+13 M30
+14 END PGM K MM
+"""
+VERNE = ("--tool-length", "80", "--wcs", "G54=0,0,40")
+RETRACT, NAME_CODE = "retract the tool first, then ", "name G0 or G1 in line {}, then "
+
+
+@pytest.mark.parametrize(
+    ("name", "program", "old", "new", "line", "first"),
+    [
+        ("k.mpf", TRAORI, "", "", 11, RETRACT + NAME_CODE),
+        ("k.mpf", TRAORI, "X-150", "G1 X-150", 11, RETRACT),
+        (
+            "k.mpf",
+            TRAORI,
+            "TRAFOOF\nX-150",
+            "G1 Z60\nG0 Z55\nTRAFOOF\nG0 Z-8 X-150",
+            13,
+            RETRACT,
+        ),  # the rapid goes back
+        ("k.mpf", TRAORI, "TRAFOOF\nX-150", "G0 Z60\nG1\nTRAFOOF\nZ-8 X-150", 13, NAME_CODE),
+        ("k.mpf", TRAORI, "TRAFOOF", "TRAFOOF\nG0 SUPA X0 Y0\nG1", 13, RETRACT + NAME_CODE),
+        ("s.mpf", SWIVELLED, "N80 G0 Z50\n", "", 9, RETRACT),
+        ("k.h", RESET, "", "", 11, RETRACT),
+    ],
+)
+def test_the_table_is_not_turned_with_the_tool_in_the_part(
+    name: str, program: str, old: str, new: str, line: int, first: str, run: Callable[..., Any]
+) -> None:
+    refused = _check(run, name, program.replace(old, new, 1), setup=VERNE if name[0] == "k" else SETUP)
+    told = {text for item in refused for text in item["remedies"]}
+    assert len(told) == 1
+    begin = f"not tried: {first.format(line)}A0 C0 before line {line}, because the table stands at "
+    assert told.pop().startswith(begin)
+    assert not [edit for item in refused for edit in item.get("edits", ())]
+
+
+@pytest.mark.parametrize("out", ["G0 Z60\nTRAFOOF\nG1 Z-8", "TRAFOOF\nG0 SUPA Z0\nG1 Z-8"])
+def test_the_table_is_turned_back_after_a_retract(out: str, run: Callable[..., Any]) -> None:
+    program = TRAORI.replace("TRAFOOF\n", f"{out} ")
+    refused = _check(run, "k.mpf", program, setup=VERNE)
+    told = {text for item in refused for text in item["remedies"]}
+    assert len(told) == 1
+    assert told.pop().startswith(("within limits with A0 C0 before line ", "A0 C0 before line "))

@@ -1,7 +1,9 @@
 """Commands that messages propose: each is run as it is printed, and has the options of its run."""
 
+import os
 import re
 import shlex
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -118,3 +120,28 @@ def test_a_program_without_motion_says_what_it_reads_unset(run: Callable[..., An
     Path("s.mpf").write_text("IF R1 > 2\nG1 X5 F100\nENDIF\nM30\n", "utf-8")
     shown = run("check", "s.mpf").out
     assert "VP021 error" in shown and "VP025 warning" in shown
+
+
+@pytest.mark.skipif(os.name == "nt", reason="such names are none there")
+@pytest.mark.parametrize("name", ["-dash.nc", "t\tb.nc", "t\x01'é.nc", r"t\tb.nc"])
+def test_a_shell_takes_the_name_of_a_program(run: Callable[..., Any], name: str) -> None:
+    Path(name).write_text(f"{HEAD}G1 X20 F500\nM30\n", "utf-8")
+    said = run("check", "--machine", "bc_trunnion", "--", name).out
+    (command,) = dict.fromkeys(re.findall(r"(verne-post setup .*?) writes", said))
+    words = subprocess.run(
+        ["bash", "-c", f"printf '%s\\0' {command}"],
+        capture_output=True,
+        check=True,
+        env={**os.environ, "LC_ALL": "C.UTF-8"},
+    )
+    assert run(*words.stdout.decode("utf-8").split("\0")[1:-1]).code == 0
+    assert Path(f"{name}.toml").exists()
+
+
+def test_setup_of_a_hint_completes_the_set_up_that_none_leaves_out(run: Callable[..., Any]) -> None:
+    Path("B5.nc").write_text(f"{HEAD}G1 X20 F500\nM30\n", "utf-8")
+    Path("B5.nc.toml").write_text("[wcs]\nG54 = [0, 0, 20]\n", "utf-8")
+    (command,) = find_commands(run("check", "B5.nc", "--machine", "bc_trunnion", "--setup", "none").out)
+    assert command == ["setup", "B5.nc", "--machine", "bc_trunnion"]
+    assert run(*command).code == 0
+    assert "measure" in Path("B5.nc.toml").read_text("utf-8")

@@ -1003,3 +1003,19 @@ def test_files_that_call_each_other_are_searched_once(tmp_path: Path) -> None:
     assert Callers().find(names[0], texts) is None
     main = tmp_path / "z.ngc"
     assert Callers().find(names[0], {**texts, main: "o<s11> call\nM2\n"}) == main
+
+
+@pytest.mark.parametrize(
+    ("out", "title"),
+    [("G0 Z60\nTRAFOOF", "Write G0 A0 C0 before line 12"), ("TRAFOOF", ""), ("TRAFOOF\nG0 X0", "")],
+)
+def test_the_table_is_turned_back_only_with_the_tool_out_of_the_part(
+    inspector: Inspector, tmp_path: Path, out: str, title: str
+) -> None:
+    """And no key that applies the preferred edit turns it."""
+    head = "G17 G54 G90 G94 G710\nT1 D1\nM6\nS1000 M3\nG0 A0 C0\nTRAORI\nG0 X0 Y0 Z40\nG0 X10 Y0 Z20 A-25 C0\n"
+    text = f"{head}G1 Z-8 F300\n{out}\nG1 X-150 Y-100 Z-8\nG0 Z60\nM30\n"
+    found = check(inspector, tmp_path / "a.mpf", text, SETUP.replace("60", "40"))
+    fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {found.path: text}, NEVER)]
+    turning = {fix.title.partition(" (")[0]: fix.settles for fix in fixes if "A0 C0" in fix.title}
+    assert turning == ({title: False} if title else {})

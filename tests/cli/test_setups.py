@@ -639,7 +639,20 @@ def test_a_set_up_stands_for_its_program(folder: Path, run: Callable[..., Any]) 
     run("batch", "part.nc.toml", "-o", "out")
     assert Path("out/part.csv").exists()
     Path("part.nc").unlink()
-    assert "part.nc: VP022 error: No such file" in run("check", "part.nc.toml").out
+    assert "part.nc: VP022 error: no such file\n" in run("check", "part.nc.toml").out
+
+
+def test_a_program_that_is_not_there_is_not_read(folder: Path, run: Callable[..., Any]) -> None:
+    told = run("check", "prt.nc")
+    assert told.code == 2
+    assert told.out == (
+        "prt.nc: VP022 error: no such file; did you mean part.nc?\nprt.nc: not read: 1 error, 0 warnings\n"
+    )
+    assert "\n2 programs: 2 not read\n" in run("check", "prt.nc", "other.mpf").out
+    batch = run("batch", "prt.nc", "part.nc", "-o", "out")
+    assert batch.code == 2
+    assert "1 not read" in batch.out
+    assert "prt.nc: no such file; did you mean part.nc?" in batch.out + batch.err
 
 
 def test_every_ending_of_a_language_is_looked_for_in_folders() -> None:

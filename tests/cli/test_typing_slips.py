@@ -141,6 +141,7 @@ def test_a_slip_has_one_finding_and_its_edit(
         ("X=CI(5)", "CI", "IC", "Write IC in place of CI"),
         ("G0 DO", "DO", "D0", "Write D0 in place of DO"),
         ("PASS=3\nG1 =ZPASS", "=ZPASS", "Z=PASS", "Write Z=PASS in place of =ZPASS"),
+        ("DEF REAL ZDEPTH=-2\nG1 =ZDEPTH", "=ZDEPTH", "Z=ZDEPTH", "Write Z=ZDEPTH in place of =ZDEPTH"),
         ("TRAORI\nX5 A3=0 B3=0 C3.5", "C3.5", "C3=.5", "Write C3=.5 in place of C3.5"),
         ("CYCLE832(0.1,ROUGH,1)", "ROUGH", "_ROUGH", "Write _ROUGH in place of ROUGH"),
         ("G1 Y-3 0", "Y-3 0", "Y-30", "Write Y-30 in place of Y-3 0 in line 6"),

@@ -1136,6 +1136,38 @@ def test_a_subprogram_of_a_number_that_is_nearly_another_names_it(machine):
 
 
 @pytest.mark.parametrize(
+    ("dialect", "text", "place", "message"),
+    [
+        ("siemens", "n10l20\nM30\n", (1, 4), "L20: no meaning in this language, and no file of that name"),
+        ("siemens", "g17 g90\ng1x1f100l20\nM30\n", (2, 9), "L20: no meaning in this language beside other words"),
+        (
+            "siemens",
+            "DEF REAL ZDEP=-2\nG0 A0 C0\nG0 X0 Y0 Z=ZDEP+9\nG0 =ZDEP\nM30\n",
+            (4, 4),
+            "=ZDEP: no address stands before the =; did you mean Z=ZDEP?",
+        ),
+        (
+            "siemens",
+            "DEF REAL ZDEP=-2, DEP\nG0 A0 C0\nG0 X0 Y0 Z=ZDEP+9\nG0 =ZDEP\nM30\n",
+            (4, 4),
+            "=ZDEP: no address stands before the =; write Z=ZDEP or Z=DEP",
+        ),
+        (
+            "heidenhain",
+            "0 BEGIN PGM A MM\n1 CALL LBL 'A'\n2 M30\n3 LBL \"A\"\n4 LBL 0\n5 END PGM A MM\n",
+            (2, 12),
+            "'A': a name stands between two quotes; did you mean \"A\"?",
+        ),
+    ],
+)
+def test_a_slip_is_read_as_what_is_there(machine, dialect, text, place, message):
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tool_length=80.0)
+    [finding] = [one for one in check(text.encode(), machine, options).findings if one.severity == "error"]
+    assert (finding.line, finding.column) == place
+    assert finding.message.startswith(message)
+
+
+@pytest.mark.parametrize(
     ("dialect", "text", "said"),
     [
         ("fanuc", "G21 G90 G17\nG0 X0 Y0 Z9 A0 C0\nG1 X5 F90\nG2 X9 Y4 R4\nY9\nX20\nM30\n", "G2 of line 4"),

@@ -4,6 +4,7 @@ To move the part would bring the wrong motion within limits.
 """
 
 import dataclasses
+import re
 from collections.abc import Sequence
 from typing import Final
 
@@ -13,6 +14,7 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.constraints import check_program
 from verne_post.app.contact_remedies import TRIED_ELEMENTS
+from verne_post.app.setup_check import is_retracted
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_word
 from verne_post.base.tolerances import DRILL_TILT, ZERO_ANGLE
@@ -23,6 +25,8 @@ from verne_post.model.verdict import is_about_pose
 
 #: Warnings that the directions, the plane or the sense of a turn are others than the program means.
 _DOUBTS: Final = ("VP037", "VP042", "VP043", "VP054")
+#: A code that says how the axes of its block go.
+_MOTION_CODE: Final = re.compile(rb"(?<![A-Za-z_])G0*[0-3](?![\d.])", re.IGNORECASE)
 
 
 def find_meant_motion(source: Text, program: Program, findings: Sequence[Finding]) -> Remedy | None:
@@ -92,22 +96,32 @@ def _find_turn_back(source: Text, program: Program, item: Finding, at: int, doub
     place = " ".join(f"{AXES[axis]}{moves.end[at, axis] + 0.0:.6g}" for axis in rotary)
     why = f"the {program.machine.rotary_side} stands at {place}, where {left.word} in line {left.line} has left it"
     is_doubted = any(one.code == "VP037" and (one.line or 0) > left.line for one in doubts)
-    remedy = Remedy("", value, line=first, way="before", turns=True)
-    if len(program.contour) > TRIED_ELEMENTS:
-        what = f"{NOT_TRIED}{words} before line {first}, because {why}"
-        return dataclasses.replace(remedy, text=what) if is_doubted else None
-    try:
-        changed = b"\n".join([*lines[: first - 1], value.encode(), *lines[first - 1 :]])
-        tried = assemble(changed, program.machine, program.options, program.team)
-        remaining = [one for one in check_program(tried)[1] if one.severity == "error"]
-    except InputError as error:
-        remaining = [one for one in error.findings if one.severity == "error"]
-    codes = list(dict.fromkeys(one.code for one in remaining))
-    if not remaining:
-        return dataclasses.replace(remedy, text=f"within limits with {words} before line {first}: {why}")
-    if not is_doubted:
+    cure = f"{words} before line {first}"
+    is_out = is_retracted(moves, program.machine, left.before + int(goes[0]) - 1 if len(goes) else at - 1)
+    is_kept = moves.language == "heidenhain" or _MOTION_CODE.search(lines[first - 1]) is not None
+    remaining: Sequence[Finding] = ()
+    if is_tried := len(program.contour) <= TRIED_ELEMENTS:
+        try:
+            changed = b"\n".join([*lines[: first - 1], value.encode(), *lines[first - 1 :]])
+            tried = assemble(changed, program.machine, program.options, program.team)
+            remaining = [one for one in check_program(tried)[1] if one.severity == "error"]
+            feeds = tried.moves.feed[tried.moves.line != first]
+            is_kept = np.array_equal(np.isnan(feeds), np.isnan(moves.feed))  # no cut has become a rapid
+        except InputError as error:
+            remaining = [one for one in error.findings if one.severity == "error"]
+    if not is_doubted and (remaining or not is_tried):
         return None
-    what = f"{words} before line {first} comes first, because {why}; with it {', '.join(codes)} of line "
+    if not is_kept:
+        cure = f"name G0 or G1 in line {first}, then {cure}"
+    if not is_out:  # else the table turns by rapid with the tool in the part
+        cure = f"retract the tool first, then {cure}"
+    remedy = Remedy("", value, line=first, way="before", turns=True) if is_kept and is_out else Remedy("")
+    if not (is_tried and remedy.value):
+        return dataclasses.replace(remedy, text=f"{NOT_TRIED}{cure}, because {why}")
+    if not remaining:
+        return dataclasses.replace(remedy, text=f"within limits with {cure}: {why}")
+    codes = list(dict.fromkeys(one.code for one in remaining))
+    what = f"{cure} comes first, because {why}; with it {', '.join(codes)} of line "
     at_line = min(one.line or 0 for one in remaining)  # of the changed program
     return dataclasses.replace(remedy, text=f"{what}{at_line - (at_line > first)} is left")
 

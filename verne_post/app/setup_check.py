@@ -563,6 +563,34 @@ def _find_implausible(options: Options) -> Iterator[str]:
             yield from compare_largest(box.name, np.subtract(box.high, box.low).tolist(), "box", "a size of ")
 
 
+def is_retracted(moves: Moves, machine: Machine, last: int) -> bool:
+    """Whether the last move is a rapid that ends higher along the tool axis than any feed move since the tilt.
+
+    A place of the machine, as of G53, counts by its height too. Without a tool length it is the gauge line that is
+    known, so that both must be higher.
+    """
+    coordinates = machine.coordinates
+    is_motion, is_rapid = moves.kind != MoveKind.DWELL, np.isnan(moves.feed)
+    done = np.flatnonzero(is_motion[: last + 1])
+    if not len(done):
+        return True
+    if not is_rapid[done[-1]]:
+        return False
+    rotary = list(coordinates.rotary)
+    turned = np.abs(np.diff(moves.end[done][:, rotary], axis=0, prepend=moves.start[None, rotary])) > ZERO_ANGLE
+    tilts = done[is_rapid[done] & turned.any(axis=1)]
+    ends = done[(~is_rapid[done] & (done >= (tilts[-1] if len(tilts) else 0))) | (done == done[-1])]
+    tips, gauges = np.empty(len(ends)), np.empty(len(ends))
+    axis = None
+    for index in dict.fromkeys(moves.frame[ends[::-1]].tolist()):  # that of the last move first
+        frame, own = moves.frames[index], moves.frame[ends] == index
+        tip, angles = coordinates.map_to_table(moves.end[ends[own]], frame)
+        axis = find_axis_of_angles(*angles[-1]) if axis is None else axis
+        tips[own] = tip @ axis
+        gauges[own] = tips[own] + frame.tool_length
+    return all(bool((one[:-1] < one[-1] - LIMIT_SLACK_MM).all()) for one in (tips, gauges))
+
+
 def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Finding]:
     """VP037: moves under a table that stands turned, where no code in force says in which directions X Y Z count.
 
@@ -613,12 +641,15 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     left = next((one for one in reversed(moves.tcp_ends) if one.before <= first), None)
     if left is not None and left.word != "G49":  # after which nothing says how they count
         letters = " and ".join(AXES[axis] for axis in (tilt, turn))
+        is_out = is_retracted(moves, machine, left.before - 1)
         text = (
             f"X Y Z cut in the machine's directions with the {machine.rotary_side} at {AXES[tilt]}{a:.6g} "
-            f"{AXES[turn]}{c:.6g}, where {left.word} in line {left.line} has left it; name {letters} before the cut: "
+            f"{AXES[turn]}{c:.6g}, where {left.word} in line {left.line} has left it; "
+            f"{'' if is_out else 'retract the tool, and '}name {letters} before the cut: "
             f"{AXES[tilt]}0 {AXES[turn]}0 if the tool is to be upright"
         )
-        edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True),)
+        level = Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True)
+        edits = (level,) if is_out and moves.kind[left.before] == MoveKind.RAPID else ()  # a cut may rely on its G1
         return [make_finding("VP037", text, **where, edits=edits, advice="")]
     lack = _name_lack(moves, first)
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE

@@ -19,7 +19,7 @@ from verne_post.cli.common import (
     read_program_text,
     refuse,
 )
-from verne_post.cli.files import FileError, RunFiles, Unreadable, is_dash, show_name
+from verne_post.cli.files import FileError, RunFiles, Unreadable, is_dash, report_unread, show_name
 from verne_post.cli.options import (
     FILE,
     INPUT,
@@ -229,7 +229,7 @@ def _check_one(
     """Check one program; what is wrong with its file or its set-up is a finding too."""
     from verne_post.app.convert import check_source
     from verne_post.app.result import refuse_program
-    from verne_post.model.findings import InputError, make_finding, make_input_error
+    from verne_post.model.findings import InputError, make_input_error
     from verne_post.output.findings import Report
     from verne_post.output.summary import format_unchecked, list_remarks
 
@@ -243,7 +243,7 @@ def _check_one(
         except InputError as error:  # the others are checked all the same
             result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
-            result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
+            result = refuse_program(InputError(*files.find_lines([report_unread(error, name)])))
         except MemoryError:
             result = refuse_program(make_input_error("VP022", f"{shown}: memory is used up"))
         except (click.Abort, click.exceptions.Exit, FileError):

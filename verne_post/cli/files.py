@@ -391,6 +391,21 @@ def locate_errors(function: Callable[Concatenate[RunFiles, _P], _T]) -> Callable
     return call
 
 
+def report_unread(error: Exception, program: str) -> "Finding":
+    """VP022 of a program or of a file that it needs; of a program that is not there, with a name near it."""
+    from verne_post.base.suggestions import find_meant
+    from verne_post.model.findings import make_finding
+    from verne_post.model.verdict import NO_SUCH_FILE
+
+    text, path = str(error), Path(program)
+    if isinstance(error, Unreadable) and text == str(Unreadable(f"{show_name(program)}: {os.strerror(errno.ENOENT)}")):
+        names = [one.name for one in path.parent.iterdir() if one.suffix != ".toml"] if path.parent.is_dir() else []
+        near = find_meant(path.name, names)
+        meant = f"; did you mean {make_printable(show_name(path.with_name(near)))}?" if near else ""
+        text = f"{make_printable(show_name(program))}: {NO_SUCH_FILE}{meant}"
+    return make_finding("VP022", text)
+
+
 @contextmanager
 def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
     """What goes wrong while a file is read is an :class:`Unreadable` with its name, and the option that names it."""

@@ -22,7 +22,7 @@ from msgspec.structs import replace
 from verne_post.base.printable import format_json
 from verne_post.cli.common import read_program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
-from verne_post.cli.files import FileError, RunFiles, Unreadable
+from verne_post.cli.files import FileError, RunFiles, Unreadable, report_unread
 from verne_post.cli.temporary import make_temporary_folder, remove_all, tidy_up_when_ended
 from verne_post.config.files import read_file
 from verne_post.model.findings import Finding, InputError, make_finding
@@ -203,7 +203,7 @@ def _make_outcome(job: Job) -> Outcome:
     except InputError as error:
         done = _make_failure(job, *error.findings)
     except (click.UsageError, Unreadable) as error:
-        done = _make_failure(job, make_finding("VP022", str(error)))
+        done = _make_failure(job, report_unread(error, job.program))
     if record is not None and record.key == key and all(_is_made(job, *file) for file in record.files.items()):
         return replace(
             record.outcome, program=job.program, again=True, left=_find_unknown_files(job, record, record.files)

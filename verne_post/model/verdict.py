@@ -66,6 +66,10 @@ _STATUS_OF_CODE: Final = {
 }
 
 
+#: What VP022 says of a program that is not there.
+NO_SUCH_FILE: Final = "no such file"
+
+
 class Verdict(StrEnum):
     """The verdict on a program: a word, the same in every command and report; and why it is refused."""
 
@@ -77,6 +81,7 @@ class Verdict(StrEnum):
     WARNINGS_FAIL = "refused: warnings fail"
     UNUSABLE_PROGRAM = "refused: unusable program"
     UNUSABLE_CONFIGURATION = "refused: unusable configuration"
+    NOT_READ = "not read"  #: There is no such file: nothing is known of a program.
     USAGE_ERROR = "usage error"
     NO_VERDICT = "no verdict"
     INTERNAL_ERROR = "internal error"
@@ -97,6 +102,10 @@ class CodedFinding(Protocol):
     @property
     def severity(self) -> Severity:
         """How grave it is here."""
+
+    @property
+    def message(self) -> str:
+        """What was found."""
 
 
 def find_family(code: str) -> Family:
@@ -176,6 +185,8 @@ def find_verdict(status: int, findings: Iterable[CodedFinding], errors_not_count
     """What became of a program with an exit status, these findings, and errors that a policy took out of them."""
     findings = tuple(findings)
     if status == ExitStatus.UNUSABLE:
+        if any(item.code == "VP022" and NO_SUCH_FILE in item.message for item in findings):
+            return Verdict.NOT_READ
         families = {find_family(item.code) for item in findings if item.severity == "error"}
         configuration = Family.CONFIGURATION in families and Family.PROGRAM not in families
         return Verdict.UNUSABLE_CONFIGURATION if configuration else Verdict.UNUSABLE_PROGRAM

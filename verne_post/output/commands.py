@@ -1,5 +1,6 @@
 """Commands that messages propose: each has the options of this run, and can be pasted."""
 
+import os
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
@@ -20,6 +21,7 @@ WITHOUT: Final[Mapping[str, tuple[str, ...]]] = {
 }
 #: Name of a program that comes from standard input.
 _STREAM: Final = "<stdin>"
+_ESCAPES: Final = {"\t": r"\t", "\n": r"\n", "\\": r"\\", "'": r"\'"}
 
 
 class Run(Struct, frozen=True):
@@ -31,12 +33,17 @@ class Run(Struct, frozen=True):
     def spell(self, command: str, program: str, at: str = "", *more: str) -> str:
         """``verne-post COMMAND PROGRAM`` with the options of this run that the command has."""
         name = "-" if program == _STREAM else program
+        if "\\" in name and os.name != "nt" and not os.path.exists(name):  # as messages show a tab in it
+            name = name.encode("latin-1", "backslashreplace").decode("unicode_escape")
+        name = f"./{name}" if name.startswith("-") and name != "-" else name  # no option
         leave = {spell_flag(key) for key in WITHOUT[command]}
         words = [word for word in self.words if word.split(" ", 1)[0] not in leave]
+        if command == "setup":  # which would refuse to write over the set-up that none leaves out
+            words = [word for word in words if word != "--setup none"]
         if self.setup_file not in ("", _STREAM) and not any(word.startswith("--setup ") for word in words):
-            words.insert(0, f"--setup {shlex.quote(self.setup_file)}")  # given in Python
+            words.insert(0, f"--setup {quote_word(self.setup_file)}")  # given in Python
         verb = () if command == "convert" else (command,)
-        return make_printable(" ".join(["verne-post", *verb, shlex.quote(f"{name}{at}"), *more, *words]))
+        return make_printable(" ".join(["verne-post", *verb, quote_word(f"{name}{at}"), *more, *words]))
 
 
 #: Nothing is known of the run, as in Python.
@@ -48,6 +55,18 @@ def find_run(options: Options) -> Run:
     return Run(options.setup_file, options.command_words)
 
 
+def quote_word(word: str) -> str:
+    """A word as a shell takes it, and as it can be shown: with a tab, as $'...'."""
+    if word.isprintable():
+        return shlex.quote(word)
+    shown = (one if one.isprintable() and one not in "\\'" else _ESCAPES.get(one) or _spell_bytes(one) for one in word)
+    return f"$'{''.join(shown)}'"
+
+
+def _spell_bytes(character: str) -> str:
+    return "".join(f"\\x{byte:02x}" for byte in os.fsencode(character))
+
+
 def spell_words(given: Mapping[str, Any], flags: Iterable[tuple[str, str]]) -> Iterator[str]:
     """Each option that a command line gives, with its value; ``flags`` are names of parameters with their flags."""
     for name, flag in flags:
@@ -56,4 +75,4 @@ def spell_words(given: Mapping[str, Any], flags: Iterable[tuple[str, str]]) -> I
             if one is True:
                 yield flag
             elif one is not None and one is not False:
-                yield f"{flag} {shlex.quote(f'{one:.15g}' if isinstance(one, float) else str(one))}"
+                yield f"{flag} {quote_word(f'{one:.15g}' if isinstance(one, float) else str(one))}"

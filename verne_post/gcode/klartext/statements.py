@@ -340,7 +340,7 @@ def _find_meant_label(text: str) -> str:
     digits = word.translate(LETTERS_AS_DIGITS)
     if digits.isdecimal():
         return digits
-    name = word.strip('"').strip()
+    name = word.strip("\"'").strip()
     return f'"{name}"' if name and '"' not in name and not name[0].isdecimal() else ""
 
 

@@ -44,7 +44,7 @@ _WORDS: Final = re.compile(r"([A-Za-z]{2,}:?)[ \t]+(?:[-(&][ \t]*)?([A-Za-z]{2,}
 _LEAST: Final = 3
 
 
-def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
+def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) -> ProgramError:
     """The error of what begins with no letter."""
     text, rest = cursor.text, cursor.text[at:]
     before = text[:at].rstrip()
@@ -69,7 +69,7 @@ def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
         edits = (Remedy(f"write M{end[1]}", f"M{end[1]}", misspelt=end[1], is_choice=True),)
         text = f"{end[1]}: the letter before this number is missing; {_suggest_word(f'M{end[1]}')}"
         return cursor.error("VP001", text, at, edits)
-    if number is None and (error := explain_equals(cursor, at)) is not None:
+    if number is None and (error := explain_equals(cursor, at, is_variable)) is not None:
         return error
     if rest[0] in "+-" and (signed_number := NUMBER.match(text, at + 1)) is not None:
         return cursor.error("VP001", f"{rest[0]}{signed_number[0]}: the letter before this number is missing", at)
@@ -134,22 +134,30 @@ def refuse_r(cursor: Cursor, at: int) -> ProgramError:
 
 
 def refuse_l(cursor: Cursor, at: int) -> ProgramError | None:
-    """The error of N1l0, in which L0 would be a word; None where the L begins a word."""
+    """The error of N1l0, in which L0 would be a word; None where the L begins a word, as in n10l20."""
     match, digits = _BEFORE_L.search(cursor.text[:at]), NUMBER.match(cursor.text, at + 1)
-    if cursor.text[at] != "l" or match is None:
-        return None
     rest = "" if digits is None else digits[0]
+    if cursor.text[at] != "l" or match is None or (rest and not re.search("[A-Z]", cursor.text)):
+        return None
     written_text = f"{match[0]}l{rest}"
     message = f"{written_text}: the letter l in a number; did you mean {match[0]}1{rest}?"
     return cursor.error("VP001", message, match.start())
 
 
-def explain_equals(cursor: Cursor, at: int) -> ProgramError | None:
+def explain_equals(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) -> ProgramError | None:
     """The error of an = before its address, which stands behind a blank: G1 =ZDEPTH; None for others."""
     match = _AFTER_EQUALS.match(cursor.text, at)
     if match is None or cursor.text[at - 1] not in " \t":
         return None
-    text = f"{match[0]}: the = stands before its address; did you mean {match[1]}={match[2]}?"
+    address, value = match.groups()
+    name, rest = NAME.match(f"{address}{value}"), NAME.match(value)
+    if name is not None and rest is not None and is_variable(name[0].upper()):
+        if is_variable(rest[0].upper()):
+            text = f"{match[0]}: no address stands before the =; write {address}={address}{value} or {address}={value}"
+            return cursor.error("VP001", text, at)
+        text = f"{match[0]}: no address stands before the =; did you mean {address}={address}{value}?"
+        return cursor.error("VP001", text, at)
+    text = f"{match[0]}: the = stands before its address; did you mean {address}={value}?"
     return cursor.error("VP001", text, at)
 
 

@@ -309,7 +309,7 @@ def read_type(cursor: Cursor) -> str:
 def refuse_leftover(cursor: Cursor) -> None:
     """Nothing may follow."""
     if not cursor.is_at_end and cursor.text[cursor.at] in ")]":
-        raise refuse_no_word(cursor, cursor.at)
+        raise refuse_no_word(cursor, cursor.at, lambda _name: False)
     if not cursor.is_at_end:
         raise ProgramError(
             "VP001", f"{cursor.text[cursor.at : cursor.at + 20].rstrip()!r}: nothing may follow here", cursor.at + 1

@@ -198,7 +198,7 @@ class WordReader:
         at = cursor.at
         name = cursor.name()
         if name is None:
-            raise refuse_no_word(cursor, at)
+            raise refuse_no_word(cursor, at, self.variables.is_known)
         following = cursor.skip()
         if cursor.text.startswith("==", cursor.at):
             raise cursor.error("VP001", DOUBLE_EQUALS)
@@ -219,7 +219,11 @@ class WordReader:
         if self.variables.is_known(name):
             self.variables.assign(name, cursor, at)
             return
-        if name[0] in "GMN" and name[1:].isdigit() and (error := explain_equals(cursor, cursor.at)) is not None:
+        if (
+            name[0] in "GMN"
+            and name[1:].isdigit()
+            and (error := explain_equals(cursor, cursor.at, self.variables.is_known)) is not None
+        ):
             raise error
         cursor.expect("=", f"after {name}")
         refuse_no_value(cursor, name, at)
