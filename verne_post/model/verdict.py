@@ -92,16 +92,20 @@ class Verdict(StrEnum):
         return self.partition(":")[0]
 
 
-class CodedFinding(Protocol):
-    """A code with its severity: a finding."""
+class Coded(Protocol):
+    """What has a code and a severity: a finding, or the description of a code."""
 
     @property
     def code(self) -> str:
-        """Key of the table of codes."""
+        """Such as "VP101"."""
 
     @property
     def severity(self) -> Severity:
-        """How grave it is here."""
+        """How grave it is."""
+
+
+class CodedFinding(Coded, Protocol):
+    """A finding, of whatever class: its code, its severity and its words."""
 
     @property
     def message(self) -> str:
@@ -125,7 +129,7 @@ def is_deniable(code: str) -> bool:
     return all(_STATUS[family] == ExitStatus.VIOLATION for family in families)
 
 
-def may_be_denied(item: CodedFinding) -> bool:
+def may_be_denied(item: Coded) -> bool:
     """Whether a user may ignore a finding or weigh it otherwise: also a warning about a text or a set-up."""
     of_text = find_family(item.code) in (Family.PROGRAM, Family.CONFIGURATION)
     return is_deniable(item.code) or (item.severity != "error" and of_text)
