@@ -111,12 +111,16 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
         text = f"M{code} is not executed ({table.refused_m[code]}); {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     if code not in table.group_of_m and code not in _KINEMATICS:
-        near = {int(one) for one in drop_doubled_digits(str(code))} & table.group_of_m.keys()  # of M330
+        near = {int(one) for one in drop_doubled_digits(str(code))} & _OFTEN_MEANT & table.group_of_m.keys()
         raise make_unknown_function(code, column, doubled_codes=tuple(near))
     if code not in table.group_of_m:
         text = f"M{code} is not a code of this language; {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     return code
+
+
+#: M codes that a code with a digit twice may be meant for, as M330; M11 and M22 are of builders, as clamps.
+_OFTEN_MEANT: Final = frozenset({3, 5, 8, 9, 30})
 
 
 def drop_doubled_digits(digits: str) -> set[str]:

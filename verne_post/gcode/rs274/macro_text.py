@@ -65,7 +65,7 @@ _BARE_CONDITION: Final = re.compile(
 )
 #: ENDI and END+1 for END1.
 _NO_LOOP_NUMBER: Final = re.compile(
-    r"[ \t]*(?:N\d+[ \t]*)?(?:WHILE.*\])?[ \t]*((END|DO)(?:[IL]|[-+=]([1-9])))[ \t]*$", re.IGNORECASE
+    r"[ \t]*+(?:N\d+[ \t]*+)?(?:WHILE.*\])?[ \t]*+((END|DO)(?:[IL]|[-+=]([1-9])))[ \t]*$", re.IGNORECASE
 )
 _OF_OTHERS: Final = re.compile("END(?:WHILE|REPEAT|DO|FOR|LOOP)", re.IGNORECASE)
 
