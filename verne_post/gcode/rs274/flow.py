@@ -378,7 +378,9 @@ class Flow:
         )
 
     def _is_called(self, label: str) -> bool:
-        return re.search(rb"P[ \t]*0*%b(?![\d.])" % label.encode(), self.calls.main.source, re.IGNORECASE) is not None
+        # P41301 calls O1301 four times
+        numbers = rb"P[ \t]*(?:0*%b|\d{1,4}%b)(?![\d.])" % (label.encode(), label.zfill(4).encode())
+        return re.search(numbers, self.calls.main.source, re.IGNORECASE) is not None
 
     def _find_bare_number(self, label: str) -> int:
         """The line of the main text that begins with the number of a program without its O; 0 where none does."""

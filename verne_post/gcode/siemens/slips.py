@@ -22,6 +22,7 @@ _LETTER_NUMBER: Final = re.compile(r"([A-Z])\d+")
 _LAST_VALUE: Final = re.compile(r"(?<![A-Za-z_])[A-Za-z]\w*[ \t]*=?[ \t]*[-+]?(?:\d+\.?\d*|\.\d+)$")
 #: Characters of a name that a control knows, so that a long one takes no time.
 _LONGEST_NAME: Final = 40
+_AXIS_OR_FEED: Final = re.compile(r"[ \t]*(?:[XYZABCIJKFS]=?[-+]?[\d.]|$)", re.IGNORECASE)
 #: A block that is the end of a program without its M.
 _END_WITHOUT_M: Final = re.compile(r"(?:N\d+[ \t]+)?(30|0?2|17)[ \t]*", re.IGNORECASE)
 #: A number of a block, code, tool or edge with a sign.
@@ -80,7 +81,12 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
     if last is None and value is None and len(number[0]) == 1:
         return cursor.error("VP001", message, at)
     if last is None and value is None:
-        return cursor.error("VP001", f"{number[0]}: a block number begins with N; did you mean N{number[0]}?", at)
+        if not _AXIS_OR_FEED.match(text, number.end()):
+            return cursor.error("VP001", f"{number[0]}: a block number begins with N; did you mean N{number[0]}?", at)
+        # in 30 F1200 an axis may have lost its letter
+        rights = [f"{letter}{number[0]}" for letter in "NXYZ" if letter not in text.upper()]
+        choices = tuple(Remedy(f"write {one}", one, misspelt=number[0], is_choice=True) for one in rights)
+        return cursor.error("VP001", f"{message}, such as {' or '.join(rights)}" if rights else message, at, choices)
     if last is not None and len(last[0]) > 1 and not last[0].endswith("1") and last[0].upper() in ADDRESSES:
         written_text, right = text[last.start() : number.end()], f"{last[0]}={number[0]}"
         return cursor.error("VP001", f"{written_text}: an = is missing; did you mean {right}?", last.start())
