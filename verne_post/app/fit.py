@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from verne_post import gcode
-from verne_post.app.assemble import assemble, build_interpreter_setup
+from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import guard_joints
 from verne_post.app.convert import check_source
 from verne_post.app.line_remedies import CONTACTS
@@ -136,12 +136,9 @@ def propose(
     ends = np.array([low, high]) / [1.0, 1.0, 1.0, RAD_PER_DEG]
     searched = {letter: tuple(ends[:, COORDINATES.index(letter)].tolist()) for letter in free}
     before_check = check_source(source, machine, options, progress, remedies=False)  # the move is the cure
-    meant = (
-        None
-        if before_check.ok
-        else find_meant_motion(source, assemble(source, machine, options), before_check.findings)
-    )
-    carried = () if meant else _find_carried_lines(source, machine, options, before_check.findings)
+    program = None if before_check.ok else assemble(source, machine, options)
+    meant = None if program is None else find_meant_motion(source, program, before_check.findings)
+    carried = () if program is None or meant else _find_carried_lines(program, before_check.findings)
     if meant or carried:
         only = search.evaluate(here)
         return Proposal(
@@ -176,7 +173,7 @@ def propose(
     elif aim != "move":
         result = check_at(after.place, remedies=True)
     if result is None or not result.ok:
-        program = assemble(source, machine, options)
+        program = program or assemble(source, machine, options)
         offered = find_legal_offsets(source, program, before_check.findings, free)
         # what margins allow may be refused for a contact: so begin from what the check would offer as well
         starts = [_place_of(offset) for _system, offset, left in offered if not left]
@@ -264,14 +261,11 @@ def _find_fixed_lines(moves: Moves, result: Result) -> tuple[int, ...]:
     return tuple(sorted({item.line or 0 for item in errors if item.line in fixed and is_about_pose(item.code)}))
 
 
-def _find_carried_lines(
-    source: Text, machine: Machine, options: Options, findings: Sequence[Finding]
-) -> tuple[int, ...]:
+def _find_carried_lines(program: Program, findings: Sequence[Finding]) -> tuple[int, ...]:
     """Lines in which the tool or the spindle touches what moves with the part."""
     contacts = [item for item in findings if item.severity == "error" and item.code in CONTACTS]
     if not contacts:
         return ()
-    program = assemble(source, machine, options)
     joints = guard_joints(program)
     return tuple(sorted({item.line or 0 for item in contacts if is_carried_with_part(program, joints, item)}))
 

@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, TypeVar
 
 #: Functions have names of three letters, and are known by the bracket behind them.
@@ -16,6 +16,8 @@ _MOST_NAMED: Final = 3
 #: Of numbers in which another digit is a slip; of labels, of which a program has few.
 _LEAST_DIGITS: Final = 3
 DIGITS_OF_LABELS: Final = 2
+#: Characters of a word that are looked at, so that a long one takes no time.
+_LONGEST_WORD: Final = 20
 #: The end of a message about a word for which another reading is as likely: nothing is executed as it.
 MAY_BE_MEANT: Final = " may be meant"
 _CODE: Final = re.compile(r"[GM]\d+")
@@ -154,7 +156,20 @@ def _is_a_digit_away(number: str, other: str) -> bool:
     if len(shorter) == len(longer):
         swapped = (shorter[:at] + shorter[at + 1] + shorter[at] + shorter[at + 2 :] for at in range(len(shorter) - 1))
         return shorter != longer and longer in swapped
-    return any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
+    return has_one_more(longer, shorter)
+
+
+def has_one_more(longer: str, shorter: str) -> bool:
+    """Whether one character too many in ``shorter`` makes ``longer``."""
+    return len(longer) == len(shorter) + 1 and any(
+        longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer))
+    )
+
+
+def drop_doubles(word: str, characters: str = "A-Z") -> Iterator[str]:
+    """The word without one of two equal ``characters`` that stand side by side, for each such pair."""
+    for match in re.finditer(rf"([{characters}])(?=\1)", word[:_LONGEST_WORD]):
+        yield word[: match.start()] + word[match.end() :]
 
 
 def find_correction(message: str) -> tuple[str, str] | None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct, field
 
+from verne_post.base.suggestions import drop_doubles, has_one_more
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
 from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant
 from verne_post.gcode.templates import read_by_template
@@ -324,8 +325,8 @@ def _read_o_word(reader: ValueReader) -> OWord:
 def _write_short(word: str) -> tuple[Remedy, ...]:
     """The edit of a word of few letters, as ``o`` and ``ddo`` for do, that one letter tells from one keyword alone."""
     names = [one.lower() for one in KEYWORDS]
-    near = [one for one in names if any(one[:at] + one[at + 1 :] == word for at in range(len(one)))]
-    near += [one for one in names if any(one[:at] + one[at] + one[at:] == word for at in range(len(one)))]
+    near = [one for one in names if has_one_more(one, word)]
+    near += [one for one in names if one in drop_doubles(word, "a-z")]
     return (Remedy(f"write {near[0]}", near[0], misspelt=word),) if len(near) == 1 else ()
 
 

@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 
 from msgspec import Struct
 
-from verne_post.base.suggestions import find_meant_number
+from verne_post.base.suggestions import drop_doubles, find_meant_number
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Remedy
@@ -125,11 +125,7 @@ _OFTEN_MEANT: Final = frozenset({3, 5, 8, 9, 30})
 
 def drop_doubled_digits(digits: str) -> set[str]:
     """What is meant if a digit but 0 is there twice: 21 of 211; G200 and M200 are of builders."""
-    return {
-        digits[:at] + digits[at + 1 :]
-        for at in range(1, len(digits))
-        if digits[at] == digits[at - 1] and digits[at] not in "0."
-    }
+    return {*drop_doubles(digits, "1-9")}
 
 
 def spell_g_code(code: int) -> str:

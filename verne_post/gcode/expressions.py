@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
-from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, has_one_more
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError, close_here
 from verne_post.model.findings import Remedy
@@ -389,10 +389,7 @@ class ValueReader:
 def find_operator(word: str) -> str:
     """The one operator that is a slip away from a word: a letter twice, two that changed places, or one more."""
     near = [
-        one
-        for one in _WORDS
-        if word in (one[1] + one[0] + one[2:], one[:1] + one[:0:-1])
-        or (len(word) == len(one) + 1 and any(word[:at] + word[at + 1 :] == one for at in range(len(word))))
+        one for one in _WORDS if word in (one[1] + one[0] + one[2:], one[:1] + one[:0:-1]) or has_one_more(word, one)
     ]
     return near[0] if len(near) == 1 else ""
 

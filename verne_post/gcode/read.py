@@ -162,12 +162,18 @@ def _execute_past_errors(source: Text, setup: Setup, stop: StopConditions) -> tu
     """Where a program with errors starts, the frame there, and the execution of all its lines."""
     dialect = choose_dialect(setup.dialect, source, setup.source_name)
     setup = structs.replace(setup, max_repeats=min(setup.max_repeats, _MOST_REPEATS))
+    state = _make_placed_state(source, setup, dialect)
+    start, frame = list(state.position), state.frame
+    return start, frame, dialect.execute(source, setup, state, stop)
+
+
+def _make_placed_state(source: Text, setup: Setup, dialect: Dialect) -> State:
+    """The state before a program whose errors are asked for: where it starts, as far as that can be found."""
     state = dialect.initial_state(setup)
     with suppress(InputError):
         state.position, _unsaid = find_start(source, setup, dialect)
     state.known_axes = [True] * 9
-    start, frame = list(state.position), state.frame
-    return start, frame, dialect.execute(source, setup, state, stop)
+    return state
 
 
 def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Setup) -> list[Finding]:
@@ -224,11 +230,7 @@ def _write_edit(source: Text, edit: Remedy) -> Text | None:
 
 def _list_errors(source: Text, setup: Setup, dialect: Dialect) -> list[Finding]:
     """The errors of a program that starts where it says."""
-    state = dialect.initial_state(setup)
-    if setup.machine:
-        with suppress(InputError):
-            state.position, _unsaid = find_start(source, setup, dialect)
-        state.known_axes = [True] * 9
+    state = _make_placed_state(source, setup, dialect) if setup.machine else dialect.initial_state(setup)
     return dialect.execute(source, setup, state, StopConditions()).errors
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from verne_post.base.suggestions import list_near_numbers
+from verne_post.base.suggestions import has_one_more, list_near_numbers
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import name_parameter
@@ -273,7 +273,7 @@ def find_with_digit(number: int, missing: Iterable[int]) -> int | None:
         shorter, longer = sorted((digits, name), key=len)
         if len(longer) == len(shorter):
             return sorted(shorter) == sorted(longer)
-        return any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
+        return has_one_more(longer, shorter)
 
     found = [one for one in missing if is_near(str(one))]
     return found[0] if len(found) == 1 else None

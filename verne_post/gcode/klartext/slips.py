@@ -4,10 +4,9 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from verne_post.base.suggestions import MAY_BE_MEANT, find_meant
+from verne_post.base.suggestions import MAY_BE_MEANT, drop_doubles, find_meant
 from verne_post.gcode.klartext.statements import (
     Statement,
-    drop_doubles,
     find_equals,
     join_keyword,
 )

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_correction, find_meant
+from verne_post.base.suggestions import drop_doubles, find_correction, find_meant
 from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS, STATEMENTS
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
@@ -45,8 +45,6 @@ _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
 _CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d[\dO]{2}", re.IGNORECASE)
 _EQUALS: Final = re.compile(r"[ \t]*(?!Q)([A-Z]+)[ \t]*=[ \t]*([-+]?(?:\d+(?:[.,]\d*)?|Q[LR]?\d+))(?!\w)")
-#: Characters of a word in which a letter that is typed twice is looked for.
-_LONGEST: Final = 20
 LETTERS_AS_DIGITS: Final = str.maketrans("OIL", "011")
 #: The number of a block in which letters stand for digits.
 _BLOCK_NUMBER: Final = re.compile(r"[ \t]*((?=[OIL\d]*[OIL])[OIL\d]+)[ \t]+")
@@ -369,12 +367,6 @@ def join_keyword(statement: Statement, word: str) -> str:
     first = f"{statement.keyword}{word}"
     keyword = _KEYWORD.match(f"{statement.keyword}{statement.rest.lstrip()}")
     return first if keyword is not None and keyword.group().split()[0] == first else ""
-
-
-def drop_doubles(word: str) -> Iterator[str]:
-    """The word without one of two equal letters that stand side by side, for each such pair."""
-    for match in re.finditer(r"([A-Z])(?=\1)", word[:_LONGEST]):
-        yield word[: match.start()] + word[match.end() :]
 
 
 def _read_frame(match: re.Match[bytes]) -> tuple[str, str]:

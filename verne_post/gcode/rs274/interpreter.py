@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Ints
+from verne_post.base.suggestions import has_one_more
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, read_block
@@ -619,10 +620,11 @@ class Rs274(Language):
             if len(name) == len(digits):
                 is_swapped = len(changes) > 1 and changes[0] == changes[1][::-1]
                 return changes[0] in _KEYS_BESIDE if len(changes) == 1 else is_swapped and not changes[2:]
-            return any(name[:at] + name[at + 1 :] == digits for at in range(len(name)))
+            return has_one_more(name, digits)
 
         names = [spell_g_code(one)[1:] for one in sorted(self.table.group_of_g)]
-        if twice := [name for name in names if name in drop_doubled_digits(digits)]:
+        single_digits = drop_doubled_digits(digits)
+        if twice := [name for name in names if name in single_digits]:
             return [f"G{name}" for name in twice]
         is_slip = len(digits) > _DIGITS_OF_CODES and not digits.endswith("0")  # G200 is one of builders and macros
         with_point = f"{digits[:-1]}.{digits[-1]}" if is_slip else ""
