@@ -1,4 +1,4 @@
-"""VP033, VP034, VP040, VP049, VP050, VP505: what set-up and program leave open although the program uses it."""
+"""VP033, VP034, VP040, VP049, VP050, VP055, VP505: what set-up and program leave open although the program uses it."""
 
 from pathlib import Path
 
@@ -268,6 +268,30 @@ def test_the_first_tool_has_no_speed(dialect, old, new, line):
     found = check_two_tools(dialect, (old, new), NOTHING)
     assert [item[:3] for item in found] == [("VP050", "warning", line)]
     assert "no block before the cut gives its speed" in found[0][3]
+
+
+@pytest.mark.parametrize(
+    ("machine", "old", "new"),
+    [
+        ("verne", "[spindle]", "[spindle]\nmax_speed_rpm = 12000"),
+        ("ac_trunnion", "[provenance]", '[spindle]\nmax_speed_rpm = 12000\n\n[provenance]\nspindle = "measured"'),
+    ],
+)
+def test_a_speed_above_that_of_the_spindle(tmp_path, machine, old, new):
+    """Each speed once, at the S that gives it while the spindle turns; the greatest itself is none of them."""
+    path = tmp_path / "m.toml"
+    text = (Path(__file__).parents[1] / "machine_configs" / f"{machine}.toml").read_text("utf-8")
+    path.write_text(text.replace(old, new))
+    program = (
+        "G21 G17 G90 G94 G54\nS12000 M3\nG0 X0 Y0 Z50\nG1 Z45 F400\nS24000\nX10\nS18000\nX20\nS24000\nX0\nM5\n"
+        "S30000\nG0 Z50\nM30\n"
+    )
+    options = vp.Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 60.0)})
+    for name, lines in ((machine, []), (str(path), [(5, 12000.0), (7, 12000.0)])):
+        found = vp.check(program, name, options).findings
+        assert [(one.line, one.limit) for one in found if one.code == "VP055"] == lines
+    path.write_text(path.read_text().replace("12000", "12"))
+    assert "if krpm were meant" in " ".join(one.message for one in vp.load_machine(str(path)).warnings)
 
 
 @pytest.mark.parametrize("dialect", ["fanuc", "rs274", "siemens", "heidenhain"])

@@ -12,6 +12,7 @@ from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
     check_direction,
     check_first_tool,
+    check_highest_speed,
     check_kept_feed,
     check_kept_speed,
     check_speed,
@@ -49,7 +50,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
     The codes are VP009, VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040 to VP042,
-    VP050 and VP505.
+    VP050, VP055 and VP505.
 
     Raises
     ------
@@ -103,6 +104,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     ]
     found += [
         *check_speed(moves, path),
+        *check_highest_speed(moves, machine),
         *check_direction(moves, path),
         *check_kept_speed(moves, path),
         *check_kept_feed(moves, path),

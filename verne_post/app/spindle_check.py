@@ -1,4 +1,4 @@
-"""Cuts while the spindle stands, turns at no speed or at another tool's (VP050), or the tool is not loaded (VP041)."""
+"""The spindle stands in a cut, or turns at no speed or another tool's (VP050) or too fast (VP055); no tool (VP041)."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -12,6 +12,7 @@ from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.findings import Finding, Remedy, make_finding
+from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Moves, Selection, describe_tool, list_tool_changes
 from verne_post.model.options import Options
 from verne_post.model.part_setup import list_setup_names
@@ -105,6 +106,27 @@ def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
         )
         return [_find_wrong_start(text, line)]
     return []
+
+
+def check_highest_speed(moves: Moves, machine: Machine) -> Iterator[Finding]:
+    """VP055, a warning for each speed above the machine's: it is given at the move's line, or before it."""
+    told = set[float]()
+    for begin, end in iterate_blocks(len(moves) if math.isfinite(machine.spindle_rpm) else 0):
+        block = moves.spindle[begin:end]
+        speeds, first = np.unique(block, return_index=True)
+        for speed, at in zip(speeds.tolist(), (first + begin).tolist(), strict=True):
+            if speed <= machine.spindle_rpm or speed in told:
+                continue
+            told.add(speed)
+            given = [line for line, move in moves.speeds if move <= at]
+            line = given[-1] if given else int(moves.line[at])
+            text = (
+                f"S{speed:g} is above {machine.spindle_rpm:g} 1/min, max_speed_rpm of the machine file: a control "
+                "lowers the speed, or stops; write a lower S, and F in the same ratio"
+            )
+            yield make_finding(
+                "VP055", text, line=line, last_line=line, worst_line=line, limit=machine.spindle_rpm, advice=""
+            )
 
 
 def check_direction(moves: Moves, path: ToolPath) -> Iterator[Finding]:

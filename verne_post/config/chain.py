@@ -105,6 +105,12 @@ class PartTableFile(Table, frozen=True, kw_only=True):
     radius: Positive
 
 
+class ChainSpindleFile(Table, frozen=True, kw_only=True):
+    """[spindle]."""
+
+    max_speed_rpm: Positive
+
+
 class ChainProvenanceFile(Table, frozen=True, kw_only=True):
     """[provenance]: each begins with identified, assumed, measured or specified."""
 
@@ -112,6 +118,7 @@ class ChainProvenanceFile(Table, frozen=True, kw_only=True):
     joints: Source
     control: Source
     carrier: Source | None = None
+    spindle: Source | None = None
     table: Source | None = None
     home: Source | None = None
     drives: Source | None = None
@@ -127,6 +134,7 @@ class ChainMachineFile(Table, frozen=True, kw_only=True):
     chain: ChainFile
     carrier: CarrierFile | None = None
     joints: dict[str, JointFile]
+    spindle: ChainSpindleFile | None = None
     table: PartTableFile | None = None
     home: HomeFile | None = None
     accuracy: AccuracyFile | None = None
@@ -136,7 +144,7 @@ class ChainMachineFile(Table, frozen=True, kw_only=True):
     provenance: ChainProvenanceFile
 
     def check_together(self) -> None:
-        for group in ("carrier", "table", "home", "accuracy", "drives", "vibration"):
+        for group in ("carrier", "spindle", "table", "home", "accuracy", "drives", "vibration"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
         find = (
@@ -417,6 +425,7 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
         home=convert_home(file.home) if file.home else None,
         table_radius=file.table.radius if file.table else 0.0,
+        spindle_rpm=file.spindle.max_speed_rpm if file.spindle else math.inf,
         clearance=clearance,
         bodies=clearance.bodies if clearance else None,
         cycle=file.control.cycle_s,
@@ -467,4 +476,6 @@ def _find_implausible(file: ChainMachineFile, file_name: str) -> Iterator[Findin
         ("control.cycle_s", file.control.cycle_s, "cycle"),
     ):
         texts += compare_largest(key, (value,), what, "")
+    if file.spindle is not None:
+        texts += compare("spindle.max_speed_rpm", file.spindle.max_speed_rpm, "spindle.max_speed_rpm")
     yield from (make_finding("VP505", f"{file_name}: {text}") for text in texts)

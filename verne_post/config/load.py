@@ -206,6 +206,7 @@ def _build_machine(data: dict[str, Any], raw: bytes, file_name: str, read: Calla
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg, RAD_PER_DEG * threshold),
         home=convert_home(home) if home else None,
         table_radius=content.table.radius,
+        spindle_rpm=content.spindle.max_speed_rpm or math.inf,
         clearance=clearance,
         cycle=content.control.cycle_s,
         provenance=provenance,

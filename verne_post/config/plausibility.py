@@ -15,6 +15,7 @@ _OF_BODIES: Final = (
     "table.pivot",
     "table.machine_zero",
     "table.radius",
+    "spindle.max_speed_rpm",
     "rods.diameter_mm",
     "rods.leg23_spacing",
     "clearance.spindle_diameter_mm",

@@ -134,6 +134,7 @@ class SpindleFile(Table, frozen=True, kw_only=True):
     """[spindle]."""
 
     nose_offset_mm: Number
+    max_speed_rpm: Positive | None = None
 
 
 class TableFile(Table, frozen=True, kw_only=True):

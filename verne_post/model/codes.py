@@ -531,6 +531,15 @@ CODES: Final[dict[str, Code]] = _make_table(
         '"tool" in place of "workpiece" in the machine file, or the reverse (c_positive for C). If it does not, the '
         "angles before the plane are wrong.",
     ),
+    (
+        "VP055",
+        "spindle speed above the machine's",
+        "warning",
+        "S is above the greatest speed of the spindle. A control lowers it to that speed, or stops with an alarm. At a "
+        "lower speed and the same feed rate, each tooth cuts more than was planned. Each speed is reported once.",
+        "Write an S that the spindle reaches, and lower F in the same ratio. If the spindle reaches the speed, correct "
+        "max_speed_rpm under [spindle] of the machine file.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

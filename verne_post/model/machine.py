@@ -153,6 +153,8 @@ class Machine:
         Stored positions.
     table_radius : float
         mm.
+    spindle_rpm : float
+        Greatest speed of the spindle, 1/min; inf where the machine file does not give it.
     provenance : dict
         Group of the machine file -> where its values are from.
     warnings : tuple of Finding
@@ -194,6 +196,7 @@ class Machine:
     clearance: ClearanceModel | None
     cycle: float
     provenance: dict[str, str]
+    spindle_rpm: float = np.inf
     drives: tuple[Drive, ...] = ()
     bodies: Bodies | None = None
     rod_places: RodPlaces | None = None

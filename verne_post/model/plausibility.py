@@ -40,6 +40,7 @@ PLAUSIBLE: Final = {
     "rods.leg23_spacing": Plausible(5.0, 1e4, "mm", "m", 1e3),
     "clearance.spindle_diameter_mm": Plausible(5.0, 1e3, "mm", "m", 1e3),
     "clearance.platform_diameter_mm": Plausible(2.0, 5e3, "mm", "m", 1e3),
+    "spindle.max_speed_rpm": Plausible(100.0, 1e6, "1/min", "krpm", 1e3),
     # machine file, command line and set-up alike
     "cycle": Plausible(1e-5, 0.1, "s", "ms", 1e-3, "control"),
     "tip tolerance": Plausible(1e-5, 1.0, "mm", "um", 1e-3),
