@@ -290,8 +290,8 @@ def _require_used(given: dict[str, Any], readings: str | None, *, plan: bool, pl
     if given["drift_mm"] is not None and not given["touch_up"]:
         raise click.UsageError("--drift-mm goes with --touch-up")
     if given["covariance"] and not given["touch_up"] and (given["tolerance_mm"] or given["tolerance_mrad"]):
-        raise click.UsageError("--covariance tells what is known; leave --tolerance-mm and -mrad out")
+        raise click.UsageError("--covariance replaces the tolerances; leave --tolerance-mm and --tolerance-mrad out")
     if given["touch_up"] and (given["tolerance_mm"] or given["tolerance_mrad"]):
         raise click.UsageError(
-            "--touch-up takes what is known from the calibration; leave --tolerance-mm and -mrad out"
+            "--touch-up takes the tolerances from the calibration; leave --tolerance-mm and --tolerance-mrad out"
         )
