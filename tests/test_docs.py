@@ -200,7 +200,7 @@ def test_a_table_ends_with_an_empty_line(page: Path) -> None:
 #: Words that say something else here than in a dictionary, or in the manual of a control.
 PRIVATE = re.compile(
     r'\b(mend(?:s|ed)?|nobody|judges|graders?|newcomers?|testers?|told|said|heed\w*|time law|(?<!")behind|'
-    r'an? \w+ of its own)\b'
+    r"an? \w+ of its own)\b"
 )
 
 
