@@ -156,7 +156,7 @@ def _describe_outcome(sides: tuple[Side, Side]) -> str:
         )
         return "; ".join(f"{name}: {word}" for name, word in zip("AB", words, strict=True))
     times = one.cycle_time, other.cycle_time
-    difference = _subtract_shown(*times)
+    difference = _compute_difference(*times)
     if not difference:
         return f"A and B take the same time, {times[0]:.3f} s"
     more = "longer" if difference > 0 else "less"
@@ -185,7 +185,7 @@ def _write_times(
     return _write_row(head, cells, marked=marked)
 
 
-def _subtract_shown(one: float, other: float) -> float:
+def _compute_difference(one: float, other: float) -> float:
     """Subtract the times as the page shows them: a reader who subtracts them finds the same."""
     return round(round(other, 3) - round(one, 3), 3)
 
@@ -193,7 +193,7 @@ def _subtract_shown(one: float, other: float) -> float:
 def _write_difference(one: float | None, other: float | None, *, judged: bool = True) -> str:
     if one is None or other is None:
         return ""
-    difference = _subtract_shown(one, other)
+    difference = _compute_difference(one, other)
     if not difference:
         return "same"
     kind = "plain" if not judged else "slower" if difference > 0 else "faster"
@@ -210,7 +210,7 @@ def _write_facts_html(sides: tuple[Side, Side]) -> str:
     for what, (one, other) in _match_numbers([_list_times(side) for side in sides]):
         if one is None or other is None:
             continue  # the outcome says why, and which time the other one has
-        if _subtract_shown(one, other):
+        if _compute_difference(one, other):
             rows.append(_write_times(f"{what}, s", [(one, other)]))
         else:
             same.append(f"{what} {one:.3f} s")
