@@ -114,6 +114,20 @@ def test_what_a_page_shows_without_its_output_runs(page: str, folder: Path, run:
             fill_in_setup(folder / f"{words[1]}.toml")
 
 
+@pytest.mark.parametrize("name", [name for name, _one in load_maker("make_reference").commands()])
+def test_the_example_of_help_runs(name: str, tmp_path: Path, run: Callable[..., Any], monkeypatch: Any) -> None:
+    """Each command has one, and it ends with status 0."""
+    fill(tmp_path, "help")
+    monkeypatch.chdir(tmp_path)
+    helped = run(*name.split(), "--help").out
+    (example,) = re.findall(r"^  Example:\n  verne-post (.*)$", helped, re.MULTILINE)
+    assert example.startswith(name)
+    if "axes.csv --against" in example:
+        assert run("part.nc", "-q", "-o", "axes.csv").code == 0
+    answer = run(*shlex.split(example.partition(" > ")[0]))
+    assert answer.code == 0, f"{example}\n{answer.err}{answer.out}"
+
+
 def test_few_commands_are_not_run() -> None:
     """Those of other programs: pip, docker, a browser, LinuxCNC."""
     shown = [text for page in SHOWN.values() for kind, text in page if kind == "verne-post"]

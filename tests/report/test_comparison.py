@@ -127,6 +127,22 @@ def test_times_of_both_sides_are_those_of_their_rows() -> None:
     assert re.search(rf"\|no tool named: RIM\|{rim[0]:.3f}\|{rim[1]:.3f}\|{rim[1] - rim[0]:+.3f}\|", page)
 
 
+def test_differences_are_those_of_the_times_that_are_shown() -> None:
+    slower = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, override=0.8)
+    page = text_of(compare(BEFORE, AFTER, other=slower))
+    found = re.findall(r"\|(\d+\.\d{3})\|(\d+\.\d{3})\|([+-]\d+\.\d{3}|same)\|", page)
+    assert len(found) > 10
+    assert [
+        row for row in found if round(float(row[1]) - float(row[0]), 3) != (0.0 if row[2] == "same" else float(row[2]))
+    ] == []
+
+
+def test_a_line_that_is_cut_says_so() -> None:
+    page = text_of(compare(BEFORE, AFTER.replace("(SIDE)", f"(SIDE {'x' * 83})").replace("(RIM)", f"(RIM {'y' * 86})")))
+    assert f"|(SIDE {'x' * 83})|" in page  # 90 characters
+    assert f"|(RIM {'y' * 82}...|" in page
+
+
 def test_of_many_operations_those_that_differ_most_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     """A page of 20,000 operations on both sides would open in ten seconds."""
     monkeypatch.setattr("verne_post.report.comparison.OPERATIONS", 2)

@@ -49,8 +49,8 @@ def find_meant_motion(source: Text, program: Program, findings: Sequence[Finding
             return turn
         if (doubt := next((one for one in doubts if _is_about_same_place(program, one, item, at)), None)) is not None:
             return Remedy(
-                f"{NOT_TRIED}settle {doubt.code} of line {doubt.line} first, because of which another motion may be "
-                "meant; no move of the part cures that"
+                f"{NOT_TRIED}correct {doubt.code} of line {doubt.line} first: the program may mean another motion. "
+                "A move of the part does not help"
             )
     return None
 

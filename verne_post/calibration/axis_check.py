@@ -264,7 +264,7 @@ def write_instructions(machine: Machine, moves: Sequence[AxisMove]) -> str:
     head = (
         f"Axis check of {machine.name}: run the files one by one, in this order, without a tool, one hand on the stop. "
         "Each moves one actuator to its positive side, back, to its negative side and back, as at an override of 2 %, "
-        "and stands for a second at each end. Before every file all drives must read what the first row says. x, y and "
+        "and rests for a second at each end. Before every file all drives must read what the first row says. x, y and "
         "up are directions of the machine with z up: those of the table at A = C = 0. Stop at the first difference, "
         "correct sign, zero or scale, and begin again with new files. Only when all small motions were right, run the "
         "large ones."

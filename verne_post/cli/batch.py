@@ -81,6 +81,10 @@ def command(
     An argument may be a file, a folder of programs, or a pattern with * and ?. A program that fails does not stop the
     others. Options apply to all programs, and override the set-up beside each program (part.nc.toml). A second run
     skips unchanged programs, so it resumes an interrupted batch. OUTDIR/batch.json lists all results.
+
+    \b
+    Example:
+    verne-post batch programs -o setpoints
     """
     from verne_post.model.findings import InputError
 

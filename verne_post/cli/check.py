@@ -135,6 +135,10 @@ def command(
 
     The table [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml, may also say which findings
     count. An option overrides an environment variable, and a variable overrides the file.
+
+    \b
+    Example:
+    verne-post check programs --fail-level warning
     """
     from verne_post.model.findings import InputError
 

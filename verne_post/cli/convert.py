@@ -44,6 +44,10 @@ def command(
     """Convert a program (G-code, Klartext or CL file) to verified setpoints.
 
     INPUT is a file, or - for standard input. verne-post writes nothing unless the whole program passes every check.
+
+    \b
+    Example:
+    verne-post convert part.nc --tool-table tools.tbl -o axes.csv
     """
     from verne_post.model.findings import InputError
 

@@ -26,6 +26,10 @@ def command(stage: str, input_name: str, **given: Any) -> int:
     moves   what an interpreter reports: program coordinates, no machine
     poses   tool tip and axis in the work frame
     joints  joint values, tilt of the platform, margins to every limit
+
+    \b
+    Example:
+    verne-post dump joints part.nc
     """
     from verne_post.app.assemble import assemble, view_moves_plainly
     from verne_post.model.findings import InputError

@@ -42,10 +42,17 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
 
     INPUT:LINE prints the findings of the line, changes that would bring the line within limits, and the pose at its
     end. For a line without motion, it prints what the words of the line do, and what is in force after it. With --all,
-    the command computes the pose step by step from words to joints. It then prints the margins of both table solutions,
-    and the reason why each other solution of the machine is refused. CODE (VP102) prints meaning, example, importance,
-    remedy, response, parameters and related codes. WORD (G68.2, TRAORI, "CYCL DEF 208") prints how each language uses
-    the word; "G1 X10 F500", a line of a program, each of its words.
+    it also prints each step from words to joints, the margins of both table solutions, and why the machine refuses
+    each other solution.
+
+    CODE (VP102) prints meaning, example, importance, remedy, response, parameters and related codes.
+
+    WORD (G68.2, TRAORI, "CYCL DEF 208") prints how each language uses the word. A line of a program ("G1 X10 F500")
+    prints each of its words.
+
+    \b
+    Example:
+    verne-post explain part.nc:12
     """
     from verne_post.model.codes import CODES
 

@@ -57,6 +57,10 @@ def command(
 
     --wcs gives the present place of the part. Coordinates that are not free keep these values. The proposed offset has
     been checked like any program. Exit status: 0 it fits, 1 no position was found, 2 unusable input.
+
+    \b
+    Example:
+    verne-post fit part.nc --wcs G54=0,0,60 --free xy
     """
     from verne_post.model.findings import InputError, UsageError
     from verne_post.model.option_checks import check_ranges

@@ -51,7 +51,12 @@ def _expect_folder(output: Path, first: str, kind: str) -> RunFiles:
     help="Folder for the files; must not exist, or be empty.",
 )
 def export(name: str, format_name: str, output: Path) -> int:
-    """Write a machine for another program: kinematics, axes and limits, from the machine file alone."""
+    """Write a machine for another program: kinematics, axes and limits, from the machine file alone.
+
+    \b
+    Example:
+    verne-post machine export verne --format mtconnect -o device
+    """
     files = _expect_folder(output, "machine", "machines")
     from verne_post.model.findings import InputError
     from verne_post.output.file_format import CannotExport
@@ -76,6 +81,10 @@ def export(name: str, format_name: str, output: Path) -> int:
 def command() -> None:
     """List, show, draw, validate and import machine files, check axes, identify lengths, calibrate the machine as
     built, export.
+
+    \b
+    Example:
+    verne-post machine validate my-machine.toml
     """
 
 
@@ -85,7 +94,12 @@ for _one in (calibrate, export, perturb, tolerances):
 
 @command.command("list", short_help="List the machines that come with verne-post.")
 def list_() -> int:
-    """List the shipped machines: the name for --machine, and the name in the file."""
+    """List the shipped machines: the name for --machine, and the name in the file.
+
+    \b
+    Example:
+    verne-post machine list
+    """
     from verne_post.config import list_machine_files, load_machine
 
     names = list_machine_files()
@@ -130,7 +144,12 @@ def list_() -> int:
 )
 @click.option("--iso-alpha", is_flag=True, help="Draw curves of equal tilt of the platform in place of a slice.")
 def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str | None) -> int:
-    """Print a machine file with the provenance of its values, or draw the workspace of the machine."""
+    """Print a machine file with the provenance of its values, or draw the workspace of the machine.
+
+    \b
+    Example:
+    verne-post machine show verne > mine.toml
+    """
     from verne_post.model.findings import InputError
 
     given = [f"--{key.replace('_', '-')}" for key, value in of_slice.items() if value is not None]
@@ -218,7 +237,12 @@ def _draw(
 @command.command("validate", short_help="Check a machine file.")
 @click.argument("name", type=MACHINE, metavar="NAME|FILE")
 def validate(name: str) -> int:
-    """Check a machine file: its keys, their bounds, and both home positions. Then print how fast the machine moves."""
+    """Check a machine file: its keys, their bounds, and both home positions. Then print how fast the machine moves.
+
+    \b
+    Example:
+    verne-post machine validate my-machine.toml
+    """
     from verne_post.model.findings import InputError
 
     try:
@@ -264,6 +288,10 @@ def import_(configuration: Path, output: Path) -> int:
     LinuxCNC: the INI file, with its HAL files; xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins, maxkins.
     SINUMERIK: machine data as an archive or initial.ini lists them; TRAORI of the generic types 24, 40, 56, 72, or an
     orientable tool carrier.
+
+    \b
+    Example:
+    verne-post machine import mymill.ini -o mymill.toml
     """
     from verne_post.config.linuxcnc import convert_linuxcnc
     from verne_post.config.load import build_machine
@@ -325,6 +353,10 @@ def axis_check(
 
     The command writes two files for each actuator that is driven: one moves it by 1 mm or degree to both sides of its
     position, the other by 10, as at an override of 2 %, without a tool. README.txt says what you must see each time.
+
+    \b
+    Example:
+    verne-post machine axis-check verne --at 600,600,600,0,0 -o first-motion
     """
     files = _expect_folder(output, "README.txt", "checks")
     place, machine_name = tuple(read_numbers(at, f"--at {at}")), choose_machine(name, machine_name)
@@ -394,6 +426,10 @@ def identify_(
 
     Exit status: 0 a table to paste, 1 the readings contradict their stated uncertainties, 2 unusable input,
     3 the readings do not determine the lengths.
+
+    \b
+    Example:
+    verne-post machine identify MEASURED.csv --sigma-xyz 0.2 --sigma-alpha-deg inf
     """
     name = show_name(measured)
     if sigma_xyz == 0 and sigma_rod == 0:

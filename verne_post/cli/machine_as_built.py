@@ -61,6 +61,10 @@ def perturb(
     """Write the file of a simulated machine: every part has a random deviation, normally distributed.
 
     Only for machines of kind verne.
+
+    \b
+    Example:
+    verne-post machine perturb --seed 7 -o real.toml
     """
     from verne_post.model.findings import InputError
 
@@ -112,6 +116,10 @@ def tolerances(
     """Show the effect of the tolerance of each part on the tool over the workspace, largest first.
 
     Only for machines of kind verne.
+
+    \b
+    Example:
+    verne-post machine tolerances --tolerance-mm 0.02
     """
     from verne_post.calibration.as_built.model import AsBuiltModel
     from verne_post.calibration.as_built.report_text import format_tolerances
@@ -212,6 +220,10 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
 
     Exit status: 0 a machine file, 1 the readings contradict their uncertainties (nothing is written), 2 unusable input,
     3 no verdict.
+
+    \b
+    Example:
+    verne-post machine calibrate --plan 40 -o plan.csv
     """
     from verne_post.model.findings import InputError
 
@@ -278,8 +290,8 @@ def _require_used(given: dict[str, Any], readings: str | None, *, plan: bool, pl
     if given["drift_mm"] is not None and not given["touch_up"]:
         raise click.UsageError("--drift-mm goes with --touch-up")
     if given["covariance"] and not given["touch_up"] and (given["tolerance_mm"] or given["tolerance_mrad"]):
-        raise click.UsageError("--covariance tells what is known; leave --tolerance-mm and -mrad out")
+        raise click.UsageError("--covariance replaces the tolerances; leave --tolerance-mm and --tolerance-mrad out")
     if given["touch_up"] and (given["tolerance_mm"] or given["tolerance_mrad"]):
         raise click.UsageError(
-            "--touch-up takes what is known from the calibration; leave --tolerance-mm and -mrad out"
+            "--touch-up takes the tolerances from the calibration; leave --tolerance-mm and --tolerance-mrad out"
         )

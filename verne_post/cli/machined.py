@@ -121,6 +121,10 @@ def command(
     Give the options with which the file was made (--wcs, --tool-table, --tool-shapes, ...). On a machine with
     [as_built] the command compares the rows on the machine as built, which decides, and on the nominal machine. With a
     stock (--stock, --stock-from) it also reports the material that is cut, the contacts, and the material that is left.
+
+    \b
+    Example:
+    verne-post machined axes.csv --against part.nc --nominal part.stl@G54 --tool-shapes shapes.toml
     """
     from verne_post.model.findings import InputError
 

@@ -28,6 +28,10 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
     programs, or two versions of one, the page says what differs.
 
     The exit status is that of `check`. A program that is refused is drawn by its path, with the violations marked.
+
+    \b
+    Example:
+    verne-post report part.nc -o report.html
     """
     from verne_post.model.findings import InputError
 

@@ -47,12 +47,17 @@ _READ = "--setup"
 def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> int:
     """Write the set-up file of a program, which every command reads: tools, work offsets and user-defined codes.
 
-    The file has all values that options, settings and an existing set-up give. The command marks every other value
-    "measure" or "decide", and a marked value counts as not given. A diameter in a remark of the program, such as (T1
-    D=16), is written into the file: compare it with the tool. The command keeps the values of an existing set-up, adds
-    missing ones, and marks values that the program does not use. It prints errors that no set-up can correct, and
-    writes nothing for a text that is no program. Exit status: 0 the file is written, or has all that the program
-    needs, 2 unusable input.
+    The file has all values that options, settings and an existing set-up give. Every other value is marked "measure" or
+    "decide", and counts as not given. A diameter from a remark of the program, such as (T1 D=16), is written into the
+    file: compare it with the tool.
+
+    The command keeps the values of an existing set-up, adds those that are missing, and marks those that the program
+    does not use. It prints errors that no set-up can correct. It writes nothing if the text is not a program. Exit
+    status: 0 the file is written, or has all that the program needs, 2 unusable input.
+
+    \b
+    Example:
+    verne-post setup part.nc
     """
     from verne_post.gcode.languages import NO_PROGRAM
     from verne_post.model.findings import InputError

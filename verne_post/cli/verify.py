@@ -76,6 +76,10 @@ def command(
     trusts the program, the machine file and the options, so give the options with which the file was made (--from,
     --wcs, --tool-table, ...). --override names the share of the feed rate that the rows must keep. --keep-out and
     --stock name bodies that the program must keep out of.
+
+    \b
+    Example:
+    verne-post verify axes.csv --against part.nc
     """
     from verne_post.model.findings import InputError
 

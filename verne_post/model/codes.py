@@ -848,7 +848,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP508",
         "kinematics that are not imported",
         "error",
-        "No kind of machine here has the kinematics of the configuration, or nobody has compared them.",
+        "No kind of machine here has the kinematics of the configuration, or the formulas were not compared.",
         "Start from the machine file that the message or the table in docs/machines.md names.",
     ),
     (

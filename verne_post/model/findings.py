@@ -116,7 +116,7 @@ class Finding:
     file_column, file_text : int or None, and str
         The column of a key or value in this line, from 1, and the line itself; None and empty where they are not known.
     settled_by : tuple of tuple of str
-        Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
+        Keys of a set-up that would remove the finding: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
     tool : int or None
         The tool whose length or diameter the program puts in force where another one is in the spindle.
     quantity : str

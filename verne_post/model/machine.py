@@ -246,7 +246,7 @@ class Machine:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Groups of the machine file whose values nobody has measured."""
+        """Groups of the machine file whose values are not measured."""
         return tuple(group for group, source in self.provenance.items() if source.startswith("assumed"))
 
     @property

@@ -109,7 +109,7 @@
     // a limit without a margin, such as contact
     const broken = data.marks.filter(one => one[2] === "error" && arrays.line[i] >= one[0] && arrays.line[i] <= one[1]).map(one => one[3]);
     if (broken.length) list.push(["violation", [...new Set(broken)].join(", ") + " on this line"]);
-    if (data.tilts) list.push(["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);
+    if (data.tilts) list.push(["platform tilt", shown(arrays.alpha_deg[i], 2, " deg")]);
     if (data.limits.length) list.push(["limit", data.limits[arrays.governing[i]]]);
     pairs(list, byId("now"));
     if (arrays.state) pairs(data.modal[arrays.state[i]], byId("modal"));

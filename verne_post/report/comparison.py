@@ -123,7 +123,7 @@ def _name_different_lines(stretches: Sequence[Stretch]) -> str:
     number = sum(last - first + 1 for first, last, _side in spans)
     names = [f"{first}{f' to {last}' if last > first else ''}{side}" for first, last, side in spans]
     said = "one line differs" if number == 1 else f"{number} lines differ"
-    return f"{said}: {join_few(names, 'more places below')}" if spans else ""
+    return f"{said}: {join_few(names, 'more below')}" if spans else ""
 
 
 def _write_head_html(name: str, side: Side) -> str:
@@ -156,8 +156,8 @@ def _describe_outcome(sides: tuple[Side, Side]) -> str:
         )
         return "; ".join(f"{name}: {word}" for name, word in zip("AB", words, strict=True))
     times = one.cycle_time, other.cycle_time
-    difference = times[1] - times[0]
-    if abs(difference) < _SAME_S:
+    difference = _compute_difference(*times)
+    if not difference:
         return f"A and B take the same time, {times[0]:.3f} s"
     more = "longer" if difference > 0 else "less"
     share = f" ({100.0 * difference / times[0]:+.1f} %)" if times[0] else ""
@@ -185,11 +185,16 @@ def _write_times(
     return _write_row(head, cells, marked=marked)
 
 
+def _compute_difference(one: float, other: float) -> float:
+    """Subtract the times as the page shows them: a reader who subtracts them finds the same."""
+    return round(round(other, 3) - round(one, 3), 3)
+
+
 def _write_difference(one: float | None, other: float | None, *, judged: bool = True) -> str:
     if one is None or other is None:
         return ""
-    difference = other - one
-    if abs(difference) < _SAME_S:
+    difference = _compute_difference(one, other)
+    if not difference:
         return "same"
     kind = "plain" if not judged else "slower" if difference > 0 else "faster"
     return f"<b class={kind}>{difference:+.3f}</b>"
@@ -205,7 +210,7 @@ def _write_facts_html(sides: tuple[Side, Side]) -> str:
     for what, (one, other) in _match_numbers([_list_times(side) for side in sides]):
         if one is None or other is None:
             continue  # the outcome says why, and which time the other one has
-        if abs(other - one) >= _SAME_S:
+        if _compute_difference(one, other):
             rows.append(_write_times(f"{what}, s", [(one, other)]))
         else:
             same.append(f"{what} {one:.3f} s")
@@ -476,10 +481,9 @@ def _write_span(first: int, last: int) -> str:
 
 
 def _write_text(side: Side, first: int, last: int) -> str:
-    lines = [
-        line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS]
-        for line in side.lines[first : min(last, first + _LINES)]
-    ]
+    shown = side.lines[first : min(last, first + _LINES)]
+    texts = (line.decode("utf-8", errors="replace").strip() for line in shown)
+    lines = [text if len(text) <= _LINE_CHARACTERS else text[: _LINE_CHARACTERS - 3] + "..." for text in texts]
     left = last - first - len(lines)
     return "<br>".join(map(escape_text, lines)) + (f"<br><small>and {left} more</small>" if left else "")
 

@@ -377,7 +377,7 @@ const Scene = (() => {
       pose, draw, render, paint, resize, pick, probe, showBody, bodies: Object.keys(bodies), look, camera, tipInScene, reached: () => reached,
       view: name => VIEWS[name](), show: on => { solids.visible = on; draw(); }, showAxes: on => { axes.visible = on; draw(); },
       showRapids: on => { rapids.visible = on; draw(); },
-      dark: on => { for (const [light, strength] of lights) light.intensity = (on ? 0.75 : 1) * strength; tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0x9aa7b4 : 0x5a636c); draw(); },
+      dark: on => { for (const [light, strength] of lights) light.intensity = (on ? 0.75 : 1) * strength; tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0xffffff : 0x5a636c); draw(); },
       machineOnScreen: () => onScreen(corners(machineBox())), tipOnScreen: () => onScreen([tipInScene()])[0], inCloseUp: points => { follow(); follower.updateMatrixWorld(); return points.map(p => new THREE.Vector3(...p).applyMatrix4(carrier.matrix).project(follower).toArray()); },
       tipInCloseUp: () => { follow(); follower.updateMatrixWorld(); return tipInScene().project(follower).toArray(); },
       pathOnScreen: () => onScreen(corners(pathBox).map(p => p.applyMatrix4(carrier.matrix))), showsRapids: () => rapids.visible,

@@ -172,8 +172,7 @@ def _describe_drift(drift: Drift) -> Iterator[str]:
 def format_tolerances(machine: Machine, study: ToleranceStudy, shown: int | None) -> str:
     """What each tolerance does to the tool, worst first."""
     lines = [
-        f"{machine.name} ({machine.kind}): what each part does to the tool when it is off by its "
-        "tolerance and nobody calibrates it",
+        f"{machine.name} ({machine.kind}): effect of the tolerance of each part on the tool, without calibration",
         f"{'parameter':<44}{'tolerance':>15}{'tip um: rms':>14}{'max':>9}{'axis mrad: rms':>17}{'max':>9}",
     ]
     chosen = study.parameters if shown is None else study.parameters[:shown]

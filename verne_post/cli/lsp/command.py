@@ -32,6 +32,10 @@ def command(extension: Path | None, **given: Any) -> int:
 
     Speaks the Language Server Protocol over standard input and output; an editor starts it (docs/editors.md). Each
     program is read as by `check` in its folder, with set-up and settings; options apply to all programs.
+
+    \b
+    Example:
+    verne-post lsp --write-vscode extension
     """
     require_package("pygls", "lsp", "lsp")
     if extension is not None:

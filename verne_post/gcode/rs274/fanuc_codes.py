@@ -253,7 +253,7 @@ def make_table() -> CodeTable:
             ),
             110: "the end of data that G10 L50 enters; take both out",
             382: "probing of RS274/NGC; take it out",
-            630: f"tapping at a feed rate that nobody may change; write {_INSTEAD[630]}",
+            630: f"tapping without feed override; write {_INSTEAD[630]}",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: f"a macro call after every block; write {_INSTEAD[661]}",
             870: "on Fanuc back boring from below, so write the moves; on Haas a stop for the operator in the hole, so "

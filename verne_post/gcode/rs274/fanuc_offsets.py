@@ -66,7 +66,7 @@ class FanucOffsets:
             name = name_system(system)
             raise ProgramError(
                 "VP033",
-                f"G10 in G91 moves {name}, which nobody has placed; give --wcs {name}=X,Y,Z",
+                f"G10 in G91 moves {name}, but its place is not given; give --wcs {name}=X,Y,Z",
                 settled_by=("wcs", name),
             ).advise(GIVE_PLACE.format(quote_key(name)))
         self.offsets.set_origin(block, system, adds=adds)
