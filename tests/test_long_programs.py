@@ -36,15 +36,15 @@ def finishing(count: int) -> bytes:
     return "\n".join([f"G21 G90 G64 P0.01 G0 {lines[0]}", f"G1 F3000 {lines[0]}", *lines[1:], "M2\n"]).encode()
 
 
-def mixed() -> bytes:
+def mixed(short_moves: int) -> bytes:
     """Everything that segments depend on their neighbours for: arcs, dwells, stops, changes of tool and feed, tool
-    axes.
+    axes; short moves take the most rows.
     """
     zigzag = [f"G1 X{i} Y{i % 2}" for i in range(1, 30)]
     arcs = ["G2 X20 Y0 I-2 J-5", "G1 X18", "G3 X12 Y0 I-3", "G1 X10.5 Y0.2", "X10 Y0"]
     fine = [
         f"G1 X{10 - 0.2 * i:.3f} Y{2 * np.sin(0.03 * i):.4f} A{0.1 * i:.3f} C{3 * np.sin(0.1 * i):.4f}"
-        for i in range(90)
+        for i in range(short_moves)
     ]
     return "\n".join(
         [
@@ -91,8 +91,8 @@ def compensated() -> bytes:
 
 PROGRAMS = {
     "compensated": compensated(),
-    "finishing": finishing(300),
-    "mixed": mixed(),
+    "finishing": finishing(150),
+    "mixed": mixed(45),
     **{name: (SAMPLES / name).read_bytes() for name in ("posted.nc", "wing.cls")},
     # feed by time, at three times the speed: a third of the rows
     "inverse_time.nc": re.sub(
@@ -166,10 +166,10 @@ def test_rows_do_not_depend_on_the_blocks(
         "is_legal", "fair_part", "compensate_part", "round_part", "open_spans", "make_grid", "_solve_group", "evaluate",
         "_measure_part_of_excess", "_shift_stretches", "find", "make_block", "measure_some", "_check_part",
         "_finish_part"}),
-    (mixed(), {}, 1000, {
+    (mixed(90), {}, 1000, {
         "is_legal", "fair_part", "compensate_part", "round_part", "open_spans", "_plan", "make_block", "measure_some",
         "_check_part", "_finish_part"}),
-    (mixed(), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {
+    (mixed(90), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {
         "is_legal", "open_spans", "make_block", "measure_some", "_check_part", "_finish_part"}),
     (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {
         "is_legal", "try_branch", "fair_part", "compensate_part", "round_part", "open_spans"}),
