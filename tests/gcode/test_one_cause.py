@@ -587,12 +587,15 @@ def test_a_remedy_is_one_of_the_language(machine, dialect, program, says, remedy
         assert "VP025" not in [one.code for one in cured]
 
 
-@pytest.mark.parametrize(("on", "off", "wanted"), [
-    ("M128", "", [("M91", 6)]),
-    ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "", [("M91", 6)]),
-    ("M128", "M129\n", []),
-    ("M128", "FUNCTION RESET TCPM\n", []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("on", "off", "wanted"),
+    [
+        ("M128", "", [("M91", 6)]),
+        ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "", [("M91", 6)]),
+        ("M128", "M129\n", []),
+        ("M128", "FUNCTION RESET TCPM\n", []),
+    ],
+)
 def test_m128_before_m91_and_tool_call_is_told(machine, on, off, wanted):
     """Once for each M128: one M129 settles what follows."""
     tools = {number: Tool(number, number, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0) for number in (1, 2)}
@@ -625,13 +628,16 @@ def test_a_rounding_that_is_too_small_is_told_in_its_line(machine):
     assert list_contour(6) == []
 
 
-@pytest.mark.parametrize(("change", "wanted"), [
-    # G18 for G17: the cycle, the arc, and the corner beside it
-    (("G17 G54", "G18 G54"), [("VP017", "G18 of line 1 is active; write G17", 2)]),
-    # SUPA under TRAORI does not turn the table back, and the cycle is not at fault
-    (("TRAFOOF\n", ""), [("VP017", "write TRAFOOF first", 2)]),
-    (("M5", "M5"), []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "wanted"),
+    [
+        # G18 for G17: the cycle, the arc, and the corner beside it
+        (("G17 G54", "G18 G54"), [("VP017", "G18 of line 1 is active; write G17", 2)]),
+        # SUPA under TRAORI does not turn the table back, and the cycle is not at fault
+        (("TRAFOOF\n", ""), [("VP017", "write TRAFOOF first", 2)]),
+        (("M5", "M5"), []),
+    ],
+)
 def test_a_siemens_plane_or_transformation_left_in_force_is_one_error(machine, change, wanted):
     program = (
         "G17 G54 G90 G94 G710\nT1 D1 M6\nS900 M3\nTRAORI\nG0 A0 C0\nX0 Y0 Z90\nA-10 C20\nTRAFOOF\n"

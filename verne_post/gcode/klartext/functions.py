@@ -298,9 +298,9 @@ class KlartextFunctions:
         """VP043, once for each M128, where it holds at what the manuals of TNC controls place after M129."""
         if self.modes.tcp:
             line = self.frames.block.line
-            held = f"M128 of line {self.modes.tcp_line} is still in force"
+            code = f"M128 of line {self.modes.tcp_line} is still in force"
             where, edits = f"at {what}, before which controls require its end", write_before("M129", line=line)
-            self.core.watcher.report(held, where, "write M129 first", line, edits)
+            self.core.watcher.report(code, where, "write M129 first", line, edits)
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn; A below 0, which makes no turns, stays."""
