@@ -531,6 +531,15 @@ CODES: Final[dict[str, Code]] = _make_table(
         '"tool" in place of "workpiece" in the machine file, or the reverse (c_positive for C). If it does not, the '
         "angles before the plane are wrong.",
     ),
+    (
+        "VP055",
+        "arc goes the other way",
+        "warning",
+        "An arc of more than half a turn leaves both moves beside it at an angle, and the rest of its circle, or the "
+        "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
+        "the radius R (CR) may have the wrong sign.",
+        "Correct the sense or the sign. No action is needed if the arc is meant, as the relief of a corner.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
