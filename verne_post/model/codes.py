@@ -528,8 +528,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "sense. A post of a CAM system names the angles of its own machine. So that machine and the machine file may "
         "differ in the sense of this axis. It is reported once a program.",
         "Turn the axis on the machine by a positive angle, and compare. If the sense differs, write a_positive = "
-        '"tool" in place of "workpiece" in the machine file, or the reverse (c_positive for C). If it does not, the '
-        "angles before the plane are wrong.",
+        '"tool" in place of "workpiece" in the machine file, or the reverse (c_positive for C; positive in '
+        "[joints.a] of schema 2). If it does not, the angles before the plane, or those of the plane, are wrong.",
     ),
     (
         "VP055",
