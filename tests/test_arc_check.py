@@ -1,4 +1,4 @@
-"""VP055: an arc of more than half a turn where one of the other sense or sign would continue its neighbours."""
+"""VP056: an arc of more than half a turn where one of the other sense or sign would continue its neighbours."""
 
 from pathlib import Path
 
@@ -21,13 +21,13 @@ SENSE = "goes back on both moves beside it, and one of 90 deg would continue the
 
 
 def list_doubts(machine, dialect, text, diameter=4.0):
-    """Line and message of each VP055; the lines count from the first one behind the head."""
+    """Line and message of each VP056; the lines count from the first one behind the head."""
     tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), diameter)}
     options = Options(dialect=dialect, wcs={"G54": (0, 0, 40)}, tools=tools)
     result = check(f"{HEADS[dialect]}{text}\n{ENDS[dialect]}\n".encode(), machine, options)
     assert not [item for item in result.findings if item.severity == "error"], result.findings
     first = HEADS[dialect].count("\n")
-    return [(item.line - first, item.message) for item in result.findings if item.code == "VP055"]
+    return [(item.line - first, item.message) for item in result.findings if item.code == "VP056"]
 
 
 @pytest.mark.parametrize(("dialect", "wrong", "right", "said"), [
@@ -68,4 +68,4 @@ def test_many_are_one_finding_of_a_kind(machine):
 
 @pytest.mark.parametrize("sample", sorted(SAMPLES.glob("*.toml")), ids=lambda one: one.stem)
 def test_samples_are_in_no_doubt(run, sample: Path) -> None:
-    assert "VP055" not in run("check", sample.with_suffix(""), "--limits-only").out
+    assert "VP056" not in run("check", sample.with_suffix(""), "--limits-only").out

@@ -23,7 +23,7 @@ _RADII: Final = {"siemens": "CR"}
 
 
 def check_arcs(moves: Moves) -> Iterator[Finding]:
-    """VP055: one finding for the senses, and one for the signs of radii, that are in doubt."""
+    """VP056: one finding for the senses, and one for the signs of radii, that are in doubt."""
     found: dict[str, Finding] = {}
     sweeps = np.abs(moves.arcs.sweep)
     large = np.flatnonzero(moves.kind == MoveKind.ARC)
@@ -42,7 +42,7 @@ def check_arcs(moves: Moves) -> Iterator[Finding]:
             meant = f"is the other sign of {_RADII.get(moves.language, 'R')} meant?"
         meets = "goes back on both moves beside it" if doubt == "sense" else "meets both moves beside it at an angle"
         text = f"the arc of {sweep:.4g} deg {meets}, and one of {360.0 - sweep:.4g} deg would continue them: {meant}"
-        found[doubt] = make_finding("VP055", text, line=line, last_line=line, worst_line=line)
+        found[doubt] = make_finding("VP056", text, line=line, last_line=line, worst_line=line)
     yield from found.values()
 
 

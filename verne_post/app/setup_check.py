@@ -50,7 +50,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
     The codes are VP009, VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040 to VP042,
-    VP050, VP055 and VP505.
+    VP050, VP056 and VP505.
 
     Raises
     ------

@@ -532,7 +532,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "[joints.a] of schema 2). If it does not, the angles before the plane, or those of the plane, are wrong.",
     ),
     (
-        "VP055",
+        "VP056",
         "arc goes the other way",
         "warning",
         "An arc of more than half a turn leaves both moves beside it at an angle, and the rest of its circle, or the "
