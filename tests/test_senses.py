@@ -52,6 +52,16 @@ def test_angles_that_only_the_opposite_sense_explains(
         assert "VP054" not in answer.out
 
 
+def test_a_joint_of_opposite_sense_is_named_without_a_negative_zero(run: Callable[..., Any], tmp_path: Path) -> None:
+    """After G28, C is -0 on such a machine."""
+    path = tmp_path / "p.nc"
+    path.write_text(PROGRAMS["p.nc"].format("A0. C0.\nG43 H1 X0. Y0. Z50.\nG91 G28 Z0.\nG90 G49\nG0 A25. C0."))
+    answer = run("check", path, *PLACE, "--machine", "ac_trunnion")
+    (line,) = (one for one in answer.out.splitlines() if "VP054" in one)
+    assert "A25 C0 before the plane of " in line
+    assert "or positive of the joint, in the machine file" in line
+
+
 def test_angles_of_a_cut_before_the_plane_are_no_hint(run: Callable[..., Any], tmp_path: Path) -> None:
     """A cut in one position, and then a plane on the other side."""
     path = tmp_path / "p.nc"

@@ -775,6 +775,17 @@ def test_help_of_every_command_mentions_its_options(command: str, run: Callable[
     assert "None" not in answer.out  # click writes a range without bounds as x<=None
 
 
+@pytest.mark.parametrize(
+    "command", ["calibrate", "perturb", "identify", "tolerances", "axis-check", "import", "export"]
+)
+def test_no_option_of_a_machine_command_is_without_words(command: str, run: Callable[..., Any]) -> None:
+    """-o of calibrate said only [required], and not what is written."""
+    options = run("machine", command, "--help").out.partition("Options:")[2]
+    for option in re.split(r"\n  (?=-)", options)[1:]:
+        words = re.sub(r"\[[^]]*\]", "", re.split(r"\s{2,}", option, maxsplit=1)[1])
+        assert words.strip(), option
+
+
 def test_help_names_every_command_one_line_each(run: Callable[..., Any]) -> None:
     answer = run("--help")
     assert (answer.code, answer.err) == (0, "")

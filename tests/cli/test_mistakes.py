@@ -283,3 +283,37 @@ def test_an_offset_of_an_arc_with_the_wrong_sign_is_told(
     assert ": VP008 error: the end is not on the circle: radius " in line, told.out
     assert line.endswith(f" {'inch' if 'G20' in arc else 'mm'}{said}"), line
     assert ("Correct the end, the centre or the radius" in told.out) == (not said)
+
+
+@pytest.mark.parametrize(
+    ("name", "arc", "said"),
+    [
+        (
+            "arc.nc",
+            "G3 X20 Y30 I20 J20",
+            "I and J fit as coordinates of the centre: write I-10 J0, from the start to it",
+        ),
+        ("arc.mpf", "G3 X20 Y30 I=20 J=20", "I and J fit as coordinates of the centre: write I-10 J0, from the start"),
+        ("arc.nc", "G3 X20 Y30 I21 J20", ""),
+        ("arc.nc", "G90.1 G3 X20 Y30 I-10 J0", ""),
+        # the program has other values than those that are compared
+        ("arc.mpf", "MIRROR X0\nG1 X30 Y20\nG3 X20 Y30 I=20 J=20", ""),
+        ("arc.nc", "G51.1 X0\nG1 X30 Y20\nG3 X20 Y30 I20 J20", ""),
+    ],
+)
+def test_a_centre_given_as_a_place_is_told(
+    run: Callable[..., Any], tmp_path: Path, name: str, arc: str, said: str
+) -> None:
+    """Only both radii were told; what is told cures the program."""
+    head = "G17 G54 G90 G94 G21\nT1 M6\nG43\n" if name == "arc.nc" else "G17 G54 G90 G94 G710\nT1 D1\nM6\n"
+    program, dialect = tmp_path / name, "fanuc" if "G51.1" in arc else "siemens" if name == "arc.mpf" else "rs274"
+    text = f"{head}S900 M3\nG0 A0 C0\nX30 Y20 Z50\nG1 Z20 F300\n{arc}\nM30\n"
+    options = ("--tool-length", 80, "--wcs", "G54=0,0,40", "--dialect", dialect)
+    program.write_text(text)
+    told = run("check", program, *options)
+    line = next(line for line in told.out.splitlines() if ": VP008" in line)
+    assert (said in line) if said else "coordinates of the centre" not in line, line
+    if said:
+        right = arc.replace("I20 J20", "I-10 J0").replace("I=20 J=20", "I=-10 J=0")
+        program.write_text(text.replace(arc, right))
+        assert "VP008" not in run("check", program, *options).out

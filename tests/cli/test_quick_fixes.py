@@ -161,6 +161,14 @@ def look(
         ),
         (
             "b.ngc",
+            f"{NGC}G1 X5 F500\nG4 S2\nM30\n",
+            "S2: G4 needs P, the time; did you mean P2?",
+            "S2",
+            "Write P2 in place of S2",
+            ("S2", "P2"),
+        ),
+        (
+            "b.ngc",
             f"{NGC}G1 X5 F500\nG4 X0.3\nM30\n",
             "G4 needs P, the time; did you mean P0.3?",
             "X0.3",

@@ -472,6 +472,23 @@ def test_coolant_on_is_that_from_before(view):
     assert [code["state"] for code in codes] == ["flood", "mist", "off", "mist", "flood", "off", "flood"]
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("CYCLE/DRILL,DEPTH,5,CLEAR,1,MMPM,100\nGOTO/0,0,9\nEND-OF-PATH", "under CYCLE; write CYCLE/OFF before it"),
+        ("CIRCLE/5,0,9,0,0,1,5\nEND-OF-PATH", "after CIRCLE; write the GOTO that ends its arc before it"),
+    ],
+)
+def test_the_end_of_a_path_says_what_has_no_end(view, text, said):
+    found = view(f"TOOL PATH/A,TOOL,B\nGOTO/0,0,9\n{text}\nFINI".replace("GOTO", "RAPID\nGOTO", 1), dialect="aptcl")[1]
+    assert [said in item.message for item in found if item.code == "VP017"] == [True]
+
+
+def test_a_feed_rate_a_turn_that_no_cut_has_is_one_error(view):
+    found = view("FEDRAT/MMPR,800\nGOTO/0,0,9\nFEDRAT/1500\nGOTO/1,0,9\nFINI", dialect="aptcl")[1]
+    assert [item.line for item in found if item.code in ("VP005", "VP007")] == [1]
+
+
 def test_a_feed_rate_after_one_in_another_unit_names_the_units(view):
     found = view("UNITS/MM\nFEDRAT/2,IPM\nFEDRAT/2\nGOTO/0,0,9\nFINI", dialect="aptcl")[1]
     assert [(item.code, item.line) for item in found] == [("VP005", 3)]

@@ -587,14 +587,17 @@ def test_a_remedy_is_one_of_the_language(machine, dialect, program, says, remedy
         assert "VP025" not in [one.code for one in cured]
 
 
-@pytest.mark.parametrize(("on", "off", "wanted"), [
-    ("M128", "", [("TOOL CALL", 8), ("M91", 6)]),
-    ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "", [("TOOL CALL", 8), ("M91", 6)]),
-    ("M128", "M129\n", []),
-    ("M128", "FUNCTION RESET TCPM\n", []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("on", "off", "wanted"),
+    [
+        ("M128", "", [("M91", 6)]),
+        ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "", [("M91", 6)]),
+        ("M128", "M129\n", []),
+        ("M128", "FUNCTION RESET TCPM\n", []),
+    ],
+)
 def test_m128_before_m91_and_tool_call_is_told(machine, on, off, wanted):
-    """Once for each: the second M91 has the same cause."""
+    """Once for each M128: one M129 settles what follows."""
     tools = {number: Tool(number, number, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0) for number in (1, 2)}
     program = (
         f"BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n{on}\nL X+20 F500\n{off}"
@@ -602,13 +605,53 @@ def test_m128_before_m91_and_tool_call_is_told(machine, on, off, wanted):
     )
     options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools, split_at_stops=True)
     found = [item for item in check(program.encode(), machine, options).findings if item.code == "VP043"]
-    said = (
-        "while tool-centre-point control of line 4 (M128) is in force: controls require its end "
-        "before that; write M129 first"
+    said = "M128 of line 4 is still in force at {}, before which controls require its end; write M129 first"
+    assert [(item.message, item.severity, item.line) for item in found] == [
+        (said.format(what), "warning", line) for what, line in wanted
+    ]
+
+
+def test_a_rounding_that_is_too_small_is_told_in_its_line(machine):
+    """The line after it was told, and a second finding said that DEP has no RL, which the first had ended."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)}
+    program = (
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S900 F500\nL X-60 Y-50 Z+60 A+0 C+0 R0 FMAX M3\n"
+        "APPR LT X-45 Y-35 LEN10 RL\nL X-45 Y+35\nRND R{}\nL X-80 Y+35\nDEP LT LEN12\nL Z+60 FMAX\nEND PGM A MM"
     )
-    assert sorted((item.message, item.severity, item.line) for item in found) == sorted(
-        (f"{what} {said}", "warning", line) for what, line in wanted
+    options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools)
+
+    def list_contour(radius):
+        found = check(program.format(radius).encode(), machine, options).findings
+        return [(item.code, item.severity, item.line) for item in found if item.code == "VP026"]
+
+    assert list_contour(3) == [("VP026", "error", 6)]
+    assert list_contour(6) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "wanted"),
+    [
+        # G18 for G17: the cycle, the arc, and the corner beside it
+        (("G17 G54", "G18 G54"), [("VP017", "G18 of line 1 is active; write G17", 2)]),
+        # SUPA under TRAORI does not turn the table back, and the cycle is not at fault
+        (("TRAFOOF\n", ""), [("VP017", "write TRAFOOF first", 2)]),
+        (("M5", "M5"), []),
+    ],
+)
+def test_a_siemens_plane_or_transformation_left_in_force_is_one_error(machine, change, wanted):
+    program = (
+        "G17 G54 G90 G94 G710\nT1 D1 M6\nS900 M3\nTRAORI\nG0 A0 C0\nX0 Y0 Z90\nA-10 C20\nTRAFOOF\n"
+        "SUPA G0 Z0 D0\nSUPA G0 A0 C0\nG54 D1\nG0 X0 Y0\nZ90\nF300\nMCALL CYCLE81(90,70,2,60)\nX5 Y5\nMCALL\n"
+        "G41 G1 X10 Y10\nX20\nG3 X30 Y20 I0 J10\nG1 Y30\nG40 X40\nG0 Z90\nM5\nM30"
     )
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)}
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)
+    assert change[0] in program
+    errors = [
+        item for item in check(program.replace(*change).encode(), machine, options).findings if item.severity == "error"
+    ]
+    assert [(item.code, item.count) for item in errors if item.code[:3] == "VP0"] == [(a, b) for a, _, b in wanted]
+    assert all(said in item.message for item, (_, said, _) in zip(errors, wanted, strict=False))
 
 
 HEADS = {

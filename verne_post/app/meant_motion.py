@@ -24,7 +24,7 @@ from verne_post.model.moves import AXES, MoveKind, PlaneCall
 from verne_post.model.verdict import is_about_pose
 
 #: Warnings that the directions, the plane or the sense of a turn are others than the program means.
-_DOUBTS: Final = ("VP037", "VP042", "VP043", "VP054")
+_DOUBTS: Final = ("VP037", "VP042", "VP043", "VP054", "VP056")
 #: A code that says how the axes of its block go.
 _MOTION_CODE: Final = re.compile(rb"(?<![A-Za-z_])G0*[0-3](?![\d.])", re.IGNORECASE)
 

@@ -31,7 +31,8 @@ def check_senses(moves: Moves, coordinates: TableCoordinates) -> Iterator[Findin
         reached = _find_turn(moves, first, 1)
         if named < 0 or reached < 0 or named == before:
             continue
-        (a, c), (other_a, other_c) = moves.end[named, [tilt, turn]], moves.end[reached, [tilt, turn]]
+        ends = moves.end[[named, reached]][:, [tilt, turn]]
+        (a, c), (other_a, other_c) = (np.round(ends, 6) + 0.0).tolist()  # no -0
         if abs(a) <= UPRIGHT_DEG or _is_same(a, c, other_a, other_c):
             continue
         senses = ((tilt, (-a, c)), (turn, (a, -c)))

@@ -8,6 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from msgspec import Struct
 
+from verne_post.app.arc_check import check_arcs
 from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
     check_direction,
@@ -50,7 +51,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
     The codes are VP009, VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040 to VP042,
-    VP050, VP055 and VP505.
+    VP050, VP055, VP056 and VP505.
 
     Raises
     ------
@@ -112,6 +113,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *report_kept_planes(moves, machine.coordinates),
         *_check_uncalled_tools(moves, options),
         *check_senses(moves, machine.coordinates),
+        *check_arcs(moves),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
 

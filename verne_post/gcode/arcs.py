@@ -44,6 +44,8 @@ def build_arc_from_center(
     tolerance: float = ARC_RADIUS_MM,
     plane_word: str = "",
     unit: float = 1.0,
+    *,
+    is_scaled: bool = False,
 ) -> Arc:
     """Arc given by its centre (I, J, K).
 
@@ -63,6 +65,8 @@ def build_arc_from_center(
         What says that the plane is this one.
     unit : float
         mm in the unit of the program, which messages have.
+    is_scaled : bool
+        The program has other values of I, J and K.
     """
     name = "mm" if unit == 1.0 else "inch"
     first, second, _normal, letter1, letter2 = PLANES[plane]
@@ -109,6 +113,15 @@ def build_arc_from_center(
             letter, value = letters[0], offsets[letters[0]] / unit
             hint = f"; write {letter} with the other sign, if that is meant: the radii agree then"
             edits = (Remedy(f"write {letter}{-value:.9g}", f"{-value:.9g}", word=(letter, value), is_choice=True),)
+        elif not absolute and not is_scaled and {letter1, letter2} <= set(offsets):
+            u, v = offsets[letter1] - start[first], offsets[letter2] - start[second]
+            to_start = math.hypot(u, v)
+            to_end = math.hypot(offsets[letter1] - end[first], offsets[letter2] - end[second])
+            if abs(to_start - to_end) <= allow_mismatch(to_start, tolerance):
+                words = f"{letter1}{round(u / unit, 6):.9g} {letter2}{round(v / unit, 6):.9g}"
+                hint = (
+                    f"; {letter1} and {letter2} fit as coordinates of the centre: write {words}, from the start to it"
+                )
         raise ProgramError(
             "VP008",
             f"the end is not on the circle: radius {r1 / unit:.6g} {name} at the start ({AXES[first]}"

@@ -55,14 +55,14 @@ class Execution(Struct):
     _has_unread_line: bool = False
     #: Axes that stand where a misspelt word, as it was corrected, has sent them.
     _doubtful_axes: set[str] = field(default_factory=set)
-    _refused_contour: int = 0  #: The line from which a compensation holds on whose contour an arc is refused.
+    _refused_contour: int = 0  #: The line from which a compensation holds on whose contour a block is refused.
 
     def drop_wrong_corners(self, errors: list[ProgramError], contour: int) -> list[ProgramError]:
-        """Leave out corners of a contour of which an arc is refused: they are not where the program means them.
+        """Leave out corners of a contour of which a block is refused: they are not where the program means them.
 
         ``contour`` is the line from which the compensation held before the ``errors``; 0 without one.
         """
-        if contour and any(error.code == "VP008" for error in errors):
+        if contour and any(error.code in ("VP006", "VP008") for error in errors):
             self._refused_contour = contour
         if not contour or contour != self._refused_contour:
             return errors

@@ -528,8 +528,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "sense. A post of a CAM system names the angles of its own machine. So that machine and the machine file may "
         "differ in the sense of this axis. It is reported once a program.",
         "Turn the axis on the machine by a positive angle, and compare. If the sense differs, write a_positive = "
-        '"tool" in place of "workpiece" in the machine file, or the reverse (c_positive for C). If it does not, the '
-        "angles before the plane are wrong.",
+        '"tool" in place of "workpiece" in the machine file, or the reverse (c_positive for C; positive in '
+        "[joints.a] of schema 2). If it does not, the angles before the plane, or those of the plane, are wrong.",
     ),
     (
         "VP055",
@@ -539,6 +539,15 @@ CODES: Final[dict[str, Code]] = _make_table(
         "lower speed and the same feed rate, each tooth cuts more than was planned. Each speed is reported once.",
         "Write an S that the spindle reaches, and lower F in the same ratio. If the spindle reaches the speed, correct "
         "max_speed_rpm under [spindle] of the machine file.",
+    ),
+    (
+        "VP056",
+        "arc goes the other way",
+        "warning",
+        "An arc of more than half a turn leaves both moves beside it at an angle, and the rest of its circle, or the "
+        "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
+        "the radius R (CR) may have the wrong sign.",
+        "Correct the sense or the sign. No action is needed if the arc is meant, as the relief of a corner.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (

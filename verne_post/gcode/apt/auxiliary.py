@@ -64,7 +64,7 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
     to.rapid, to.feed = False, (value, mode, inches)
     yield from give_feed(to, s, *to.feed)
     if mode == _PER_TURN and value * (MM_PER_INCH if inches else 1.0) >= most:  # an error at its cuts, too
-        wrong = units[0]
+        wrong, to.feed_unit = units[0], None  # a FEDRAT without a unit behind it has no mistake of its own
         right = {"MMPR": "MMPM", "PERREV": "PERMIN", "IPR": "IPM"}[wrong]
         raise ProgramError(
             "VP007",

@@ -36,7 +36,8 @@ def begin_path(to: AptModes, s: Statement) -> Iterator[Block]:
 
 def end_path(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.circle is not None or to.cycle is not None:
-        raise ProgramError("VP017", f"{s.major} under CYCLE or after CIRCLE, whose GOTO or OFF is missing")
+        what = "under CYCLE; write CYCLE/OFF" if to.circle is None else "after CIRCLE; write the GOTO that ends its arc"
+        raise ProgramError("VP017", f"{s.major} {what} before it")
     to.rapid = to.in_path = False
     return iter(())
 

@@ -295,12 +295,12 @@ class KlartextFunctions:
         self.frames.refresh_frame()
 
     def warn_of_tcp(self, what: str) -> None:
-        """VP043 where tool-centre-point control holds at what the manuals of TNC controls place after M129."""
+        """VP043, once for each M128, where it holds at what the manuals of TNC controls place after M129."""
         if self.modes.tcp:
-            what = f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) is in force:"
             line = self.frames.block.line
-            where, edits = "controls require its end before that", write_before("M129", line=line)
-            self.core.watcher.report(what, where, "write M129 first", line, edits)
+            code = f"M128 of line {self.modes.tcp_line} is still in force"
+            where, edits = f"at {what}, before which controls require its end", write_before("M129", line=line)
+            self.core.watcher.report(code, where, "write M129 first", line, edits)
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn; A below 0, which makes no turns, stays."""

@@ -270,7 +270,9 @@ class Klartext:
             raise statement.error("VP006", f"DEP {kind} takes no X and Y")
         if (not leaves or kind == "LCT") and len(flat) < 1:
             raise statement.error("VP005", f"{statement.keyword} {kind} needs X and Y")
-        if leaves:
+        if leaves and self.has_failed and self.contour.side is None:
+            pass  # an error right before has ended the compensation
+        elif leaves:
             if words.compensation not in (None, "R0"):
                 raise statement.error("VP017", f"{words.compensation} beside DEP, which ends compensation")
             height = target.end[2] if 2 in target.axes else None

@@ -72,7 +72,12 @@ class ContourQueue(Struct):
             return second
         before, between, after = parts
         draw(before)
-        draw(replace(between, line=corner.line or first.line, feed=corner.feed or before.feed))
+        between = replace(between, line=corner.line or first.line, feed=corner.feed or before.feed)
+        try:
+            draw(between)
+        except ProgramError as error:  # the tool may be too wide for a rounding
+            error.line, error.of_program = error.line or between.line, True
+            raise
         return after
 
 

@@ -90,6 +90,13 @@ def explain_tilted_tool(core: "Machining", plane: str = "", axis: int = 2) -> st
     return f"{turn}, or write the hole with G0 and G1"
 
 
+def refuse_sideways(core: "Machining", what: str, remedy: str, column: int | None = None) -> ProgramError:
+    """VP017: a tool that does not point along its hole; arcs whose cause is the same plane are one finding with it."""
+    cause = remedy.removesuffix("; write G17")
+    text, cause = f"{what}: it would be dragged sideways; {remedy}", "" if cause == remedy else cause
+    return ProgramError("VP017", text, column, cause=cause, edits=list_plane_edits(core))
+
+
 def list_plane_edits(core: "Machining") -> tuple[Remedy, ...]:
     """What :func:`explain_tilted_tool` says, as edits."""
     line = core.word_lines.get("plane", 0)

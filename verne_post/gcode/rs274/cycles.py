@@ -8,7 +8,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import Machining, explain_inverse_time, explain_tilted_tool, list_plane_edits
+from verne_post.gcode.machining.machining import Machining, explain_inverse_time, explain_tilted_tool, refuse_sideways
 from verne_post.gcode.machining.watcher import name_new_plane
 from verne_post.gcode.program_error import ProgramError, refuse_missing, write_before
 from verne_post.gcode.rs274.modes import Cycle, Modes
@@ -131,11 +131,7 @@ class CycleCodes:
         self.core.require_known(block, [0, 1, 2], f"{spell_g_code(motion)}")
         if (tool := self.core.find_tilted_tool(normal)) is not None:
             remedy = explain_tilted_tool(self.core, self.traits.tilted_plane, normal)
-            what = f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}"
-            cause = remedy.removesuffix("; write G17")  # where the plane is the cause, arcs have the same one
-            cause = "" if cause == remedy else cause
-            edits = list_plane_edits(self.core)
-            raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}", cause=cause, edits=edits)
+            raise refuse_sideways(self.core, f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}", remedy)
 
     def _read_cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
         state = self.state

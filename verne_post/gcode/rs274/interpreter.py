@@ -434,6 +434,9 @@ class Rs274(Language):
             if "X" in block.words and self.modes.dwell_unit == 1.0:
                 seconds = f"{block.words['X']:g}"
                 raise block.error("VP005", f"X{seconds}: G4 needs P, the time; did you mean P{seconds}?", "X")
+            if "S" in block.words:
+                speed = f"{block.words['S']:g}"
+                raise block.error("VP005", f"S{speed}: G4 needs P, the time; did you mean P{speed}?", "S")
             raise ProgramError("VP005", "G4 needs P, the time", column)
         self.core.dwell(block, self.values.read_dwell(block))
         self._warn_of_long_dwell(block)

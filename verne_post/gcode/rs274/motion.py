@@ -22,7 +22,7 @@ from verne_post.gcode.machining.machining import (
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import find_tool_key, suggest_call
 from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_LENGTH, ProgramError, locate_errors, write_before
-from verne_post.gcode.rs274.modes import TCP_CODES, Modes
+from verne_post.gcode.rs274.modes import NO_MAPS, TCP_CODES, Modes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, read_whole
 from verne_post.model.moves import AXES, MoveKind
@@ -423,6 +423,7 @@ class MotionCodes:
                 tolerance,
                 plane_word,
                 self.values.convert_length(1.0),
+                is_scaled=self.modes.maps is not NO_MAPS,
             )
         else:
             since = explain_bare_arc(self.core, f"G{motion // 10}", block.line)

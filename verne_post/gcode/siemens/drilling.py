@@ -7,7 +7,7 @@ from typing import Final
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import explain_inverse_time, explain_tilted_tool, list_plane_edits
+from verne_post.gcode.machining.machining import explain_inverse_time, explain_tilted_tool, refuse_sideways
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, check_depths, read_cycle, read_pitch
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -96,12 +96,8 @@ class _Hole:
             to.motion.settle_table(self.block)
         if (tool := to.core.find_tilted_tool(self.normal)) is not None:
             remedy = explain_tilted_tool(to.core, "CYCLE800", self.normal)
-            raise ProgramError(
-                "VP017",
-                f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; {remedy}",
-                self.given.call.column,
-                edits=list_plane_edits(to.core),
-            )
+            what = f"{name} drills along {AXES[self.normal]}, but {tool}"
+            raise refuse_sideways(to.core, what, remedy, self.given.call.column)
 
     def _read_length(self, name: str) -> float:
         return self.given.number(name) * self.unit

@@ -87,6 +87,8 @@ class Executor:
         self.has_unread_value = False
         #: A CYCLE800 that was not executed: the plane in force is the one before it.
         self.has_unread_plane = False
+        #: Where A, B and C stood at the last line of them that was not executed.
+        self.angles_of_failed: tuple[float, ...] = ()
         self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
         recorder.system_lines.clear()  # the words with which the control begins are in no line of the program
@@ -178,7 +180,8 @@ class Executor:
                 error.line, error.of_program, error.of_value = call.line, True, True
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
-            if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
+            # the cycle does not belong here: it was to end before, and is taken as ended; not where the plane is wrong
+            if error.code == "VP017" and not error.cause:
                 watcher, otherwise = self.interpreter.core.watcher, "before this motion if it is no place of it"
                 watcher.explain(error, _name_modal(call), _END_MODAL, line, otherwise)
                 self.modal = None
@@ -240,6 +243,10 @@ class Executor:
         follows |= self.has_unread_value and error.code == "VP009"
         follows |= self.has_unread_plane and error.code == "VP017" and "CYCLE800" in error.message
         self.has_unread_plane |= "CYCLE800" in text
+        # where it would have turned the rotary axes, a tool still points as they stood
+        angles = tuple(state.position[3:6])
+        follows |= angles == self.angles_of_failed and "it would be dragged sideways" in error.message
+        self.angles_of_failed = angles if named_letters & set("ABC") else self.angles_of_failed
         if error.code == "VP001" and state.selected_tool and _LONE_M.search(text):
             assume_tool_call(state)
         self.has_unread_value |= error.code == "VP001" and _SET_VALUE.match(text) is not None

@@ -8,7 +8,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import ARC_RADIUS_MM, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.affine import Split, find_table_map, split
 from verne_post.gcode.arcs import PLANES, build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.lengths import measure_length
@@ -372,8 +372,9 @@ class SiemensMotion:
             offsets = {letter1: center[0] * scales[0], letter2: center[1] * scales[1]}
             self._check_sizes(block, offsets)
             unit = self.modes.length
+            is_scaled = scales != (1.0, 1.0)
             arc = build_arc_from_center(
-                start, end, state.plane, clockwise, offsets, False, turns, ARC_RADIUS_MM, unit=unit
+                start, end, state.plane, clockwise, offsets, False, turns, unit=unit, is_scaled=is_scaled
             )
         else:
             self._check_sizes(block, {"R": radius * abs(scales[0])})

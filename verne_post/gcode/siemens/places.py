@@ -205,10 +205,10 @@ class SiemensPlaces:
         wrong = next((word for name in "IJK" if name not in letters and (word := words.take(name)) is not None), None)
         if wrong is not None:
             plane_word = name_word(self.core, "plane", f"G{17 + self.state.plane}", block.line)
-            raise wrong.error(
-                "VP006",
-                f"{wrong.name} does not belong to an arc in the {PLANE_NAMES[self.state.plane]} plane{plane_word}",
-            )
+            text = f"{wrong.name} does not belong to an arc in the {PLANE_NAMES[self.state.plane]} plane{plane_word}"
+            error = wrong.error("VP006", text)
+            error.cause = plane_word.removeprefix("; ")  # of holes along another axis, too
+            raise error
         given = [words.take(letter) for letter in letters]
         here = [self.motion.find_programmed(axis) for axis in (first, second)]
         center: tuple[float, float] | None = None

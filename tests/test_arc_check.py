@@ -1,0 +1,71 @@
+"""VP056: an arc of more than half a turn where one of the other sense or sign would continue its neighbours."""
+
+from pathlib import Path
+
+import pytest
+
+from verne_post import check
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
+
+from .builders import SAMPLES
+
+HEADS = {
+    "rs274": "G21 G17 G90 G94\nT1 M6\nG0 A0 C0\nX-20 Y-10\nG43 Z40\nS900 M3\nG1 Z20 F400\n",
+    "siemens": "G17 G54 G90 G94 G710\nT1 D1\nM6\nG0 A0 C0\nX-20 Y-10 Z40\nS900 M3\nG1 Z20 F400\n",
+    "heidenhain": "BEGIN PGM A MM\nTOOL CALL 1 Z S900 F400\nL A+0 C+0 FMAX M3\nL X-20 Y-10 FMAX\nL Z+40 FMAX\nL Z+20\n",
+}
+ENDS = {"rs274": "M2", "siemens": "M30", "heidenhain": "END PGM A MM"}
+RADIUS = "meets both moves beside it at an angle, and one of 90 deg would continue them: is the other sign of {} meant?"
+SENSE = "goes back on both moves beside it, and one of 90 deg would continue them: is the other sense meant ({})?"
+
+
+def list_doubts(machine, dialect, text, diameter=4.0):
+    """Line and message of each VP056; the lines count from the first one behind the head."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), diameter)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 40)}, tools=tools)
+    result = check(f"{HEADS[dialect]}{text}\n{ENDS[dialect]}\n".encode(), machine, options)
+    assert not [item for item in result.findings if item.severity == "error"], result.findings
+    first = HEADS[dialect].count("\n")
+    return [(item.line - first, item.message) for item in result.findings if item.code == "VP056"]
+
+
+@pytest.mark.parametrize(("dialect", "wrong", "right", "said"), [
+    ("rs274", "X10\nG3 X20 Y0 R-10\nG1 Y20", ("R-", "R"), RADIUS.format("R")),
+    ("rs274", "X10\nG2 X20 Y0 J10\nG1 Y20", ("G2", "G3"), SENSE.format("G2 or G3")),
+    # beside the contour: arcs about the outside corners lie between
+    ("rs274", "G41 X-10 Y-10\nX10\nG3 X20 Y0 R-10\nG1 Y20\nG40 Y30", ("R-", "R"), RADIUS.format("R")),
+    ("rs274", "G41 X-10 Y-10\nX10\nG2 X20 Y0 J10\nG1 Y20\nG40 Y30", ("G2", "G3"), SENSE.format("G2 or G3")),
+    ("siemens", "X10\nG3 X20 Y0 CR=-10\nG1 Y20", ("=-", "="), RADIUS.format("CR")),
+    ("heidenhain", "L X+10\nCR X+20 Y+0 R-10 DR+\nL Y+20", ("R-", "R+"), RADIUS.format("R")),
+    ("heidenhain", "L X+10\nCC X+10 Y+0\nC X+20 Y+0 DR-\nL Y+20", ("DR-", "DR+"), SENSE.format("DR+ or DR-")),
+])  # fmt: skip
+def test_another_arc_that_would_continue_both_neighbours_is_told(machine, dialect, wrong, right, said):
+    ((line, message),) = list_doubts(machine, dialect, wrong)
+    assert message.endswith(said) and message.startswith("the arc of 270 deg "), message
+    assert wrong.split("\n")[line - 1].startswith(("G2", "G3", "C ", "CR"))
+    assert list_doubts(machine, dialect, wrong.replace(*right)) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "X10\nG2 X20 Y0 R10\nG1 Y20",  # a coved corner: less than half a turn
+        "X20\nG3 X10 Y0 R-10\nG1 Y-20",  # a loop that continues both
+        "X10\nG3 X20 Y0 R-10\nG1 X40",  # one neighbour alone
+        "X10\nG3 X10 Y-10 J10\nG1 X20",  # a full circle
+        "X10\nG3 X20 Y0 R-10\nG0 Y20",  # the contour ends
+    ],
+)
+def test_other_arcs_are_in_no_doubt(machine, text):
+    assert list_doubts(machine, "rs274", text) == []
+
+
+def test_many_are_one_finding_of_a_kind(machine):
+    square = "X10\nG3 X20 Y0 R-10\nG1 Y10\nG3 X10 Y20 R-10\nG1 X-20"
+    assert [line for line, _ in list_doubts(machine, "rs274", square)] == [2]
+
+
+@pytest.mark.parametrize("sample", sorted(SAMPLES.glob("*.toml")), ids=lambda one: one.stem)
+def test_samples_are_in_no_doubt(run, sample: Path) -> None:
+    assert "VP056" not in run("check", sample.with_suffix(""), "--limits-only").out

@@ -1,0 +1,96 @@
+"""Arcs of more than half a turn that meet both neighbours at an angle, where another arc would continue them."""
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.machining.plane_geometry import Point, find_tangent
+from verne_post.model.findings import Finding, add_line, make_finding
+from verne_post.model.moves import MoveKind, Moves
+
+#: As directions of unit length differ: a degree.
+_NEARLY: Final = math.radians(1.0)
+#: How words of a language say the sense of an arc, and its radius.
+_SENSES: Final = {
+    "heidenhain": "DR+ or DR-",
+    "aptcl": "the axis of CIRCLE the other way",
+}
+_RADII: Final = {"siemens": "CR"}
+
+
+def check_arcs(moves: Moves) -> Iterator[Finding]:
+    """VP056: one finding for the senses, and one for the signs of radii, that are in doubt."""
+    found: dict[str, Finding] = {}
+    sweeps = np.abs(moves.arcs.sweep)
+    large = np.flatnonzero(moves.kind == MoveKind.ARC)
+    large = large[(np.abs(moves.arcs.turns[moves.arc[large]]) == 1) & (sweeps[moves.arc[large]] > 180.0)]
+    for at in large.tolist():
+        doubt = _find_doubt(moves, at)
+        if not doubt or (doubt == "radius" and moves.language == "aptcl"):  # whose arcs have no sign
+            continue
+        line, sweep = int(moves.line[at]), float(sweeps[moves.arc[at]])
+        if doubt in found:
+            found[doubt] = add_line(found[doubt], line)
+            continue
+        sense = _SENSES.get(moves.language, "G2 or G3")
+        meant = f"is the other sense meant ({sense})?"
+        if doubt == "radius":
+            meant = f"is the other sign of {_RADII.get(moves.language, 'R')} meant?"
+        meets = "goes back on both moves beside it" if doubt == "sense" else "meets both moves beside it at an angle"
+        text = f"the arc of {sweep:.4g} deg {meets}, and one of {360.0 - sweep:.4g} deg would continue them: {meant}"
+        found[doubt] = make_finding("VP056", text, line=line, last_line=line, worst_line=line)
+    yield from found.values()
+
+
+def _find_doubt(moves: Moves, at: int) -> str:
+    """What is in doubt, "sense" or "radius": its change alone lets an arc continue both neighbours; else empty."""
+    axes = PLANES[int(moves.arcs.plane[moves.arc[at]])][:2]
+    first, last = at - 1, at + 1
+    if first < 1 or last >= len(moves) or moves.line[first] == moves.line[at]:
+        return ""  # as in a cycle, whose arcs stand in no block
+    p, q, c = _read_point(moves.end[first], axes), _read_point(moves.end[at], axes), _find_center(moves, at, axes)
+    # cutter compensation goes about an outside corner, in the line before it
+    if moves.kind[first] == MoveKind.ARC and moves.line[first] == moves.line[first - 1]:
+        p, first = _find_center(moves, first, axes), first - 1
+    if moves.kind[last] == MoveKind.ARC and moves.line[last] == moves.line[at]:
+        q, last = _find_center(moves, last, axes), last + 1
+    before, after = _find_direction(moves, first, axes, at_end=True), _find_direction(moves, last, axes)
+    if before is None or after is None or not moves.frame[first] == moves.frame[at] == moves.frame[last]:
+        return ""
+    sense = 1.0 if moves.arcs.sweep[moves.arc[at]] > 0 else -1.0
+    beyond = p[0] + q[0] - c[0], p[1] + q[1] - c[1]
+
+    def list_fits(middle: Point, turn: float) -> list[bool]:
+        ends = (find_tangent(p, middle, turn), before), (find_tangent(q, middle, turn), after)
+        return [math.dist(tangent, direction) < _NEARLY for tangent, direction in ends]
+
+    if any(list_fits(c, sense)):
+        return ""
+    return "sense" if all(list_fits(c, -sense)) else "radius" if all(list_fits(beyond, sense)) else ""
+
+
+def _find_direction(moves: Moves, row: int, axes: tuple[int, int], *, at_end: bool = False) -> Point | None:
+    """Direction of a cut in the plane of two axes, where it begins or ends; None where there is none."""
+    if not 0 < row < len(moves) or moves.kind[row] not in (MoveKind.FEED, MoveKind.ARC):
+        return None
+    here, there = _read_point(moves.end[row - 1], axes), _read_point(moves.end[row], axes)
+    arc = int(moves.arc[row])
+    if arc < 0:
+        length = math.dist(here, there)
+        return ((there[0] - here[0]) / length, (there[1] - here[1]) / length) if length > 0.0 else None
+    if PLANES[int(moves.arcs.plane[arc])][:2] != axes:
+        return None
+    sense = 1.0 if moves.arcs.sweep[arc] > 0 else -1.0
+    return find_tangent(there if at_end else here, _find_center(moves, row, axes), sense)
+
+
+def _find_center(moves: Moves, row: int, axes: tuple[int, int]) -> Point:
+    return _read_point(moves.arcs.center[moves.arc[row]], axes)
+
+
+def _read_point(values: Array, axes: tuple[int, int]) -> Point:
+    return float(values[axes[0]]), float(values[axes[1]])
