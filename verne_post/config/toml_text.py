@@ -113,7 +113,9 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"a list has brackets, and commas between its numbers; write [{right}]"
     if unit := _SPACED_UNIT.search(bare):
         return f"{unit[0]}: a number has no unit; write {unit[1]}, in the unit of the key"
-    if bare[:column].lstrip()[:1] in (";", "/", "(") or bare[column - 1 : column] in (";", "/"):
+    if bare[:column].lstrip()[:1] in (";", "/", "(") or (
+        bare[column - 1 : column] in (";", "/") and "inline table" not in message
+    ):
         return "a remark begins with #"
     if bare[column - 1 : column] == ":":
         return "write = instead of :"
