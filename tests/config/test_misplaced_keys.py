@@ -2,9 +2,11 @@
 
 import pytest
 
+from verne_post import Options, check
 from verne_post.config.program_setup import read_setup
 from verne_post.config.settings import load_settings
 from verne_post.model.findings import InputError
+from verne_post.model.part_setup import Tool
 
 
 @pytest.mark.parametrize(
@@ -63,3 +65,14 @@ def test_a_slip_in_a_set_up_is_told_what_is_right(tmp_path, text, said):
         read_setup(path, lambda one: one.read_bytes(), path.name, named=False)
     (item,) = refused.value.findings
     assert said in item.message
+
+
+def test_a_tool_that_differs_in_capitals_is_one_finding_and_named():
+    program = b'0 BEGIN PGM T MM\n1 TOOL DEF "DRILL8"\n2 TOOL CALL "DRILL8" Z S3000\n3 M30\n4 END PGM T MM\n'
+    setup = Options(
+        dialect="heidenhain",
+        tools={3: Tool(3, 3, (0.0, 0.0, 80.0, *(0.0,) * 6))},
+        control={"heidenhain": {"tools": {"Drill8": 3}}},
+    )
+    (item,) = [one for one in check(program, "verne", setup).findings if one.code == "VP012"]
+    assert (item.count, item.message.endswith("did you mean Drill8?")) == (2, True)
