@@ -114,7 +114,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
     ("words", "said"),
     [
         # 1: a wrong name
-        (("pp.nc", *PLACE), "pp.nc: No such file or directory"),
+        (("pp.nc", *PLACE), "pp.nc: no such file"),
         # 2: no tool length for a program that asks for one
         (("p.nc",), "give --tool-table FILE, or give --tool-length MM"),
         # 3: the offset in another spelling

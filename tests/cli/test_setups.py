@@ -188,7 +188,7 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
             "2:7: VP503 error: not a TOML file: the bracket [ is not closed; write ]",
         ),
         ("[wcs]\nG54 = [0, 0, 60\nG55 = [1, 2, 3]\n", "2:7: VP503 error: not a TOML file: the bracket [ is not"),
-        ("[wcs]\nG54 = [0,0 60]", "not a TOML file: Unclosed array"),
+        ("[wcs]\nG54 = [0,0 60]", "write [0, 0, 60]"),
         ("[tools]\n3 = { length = 90 }\n3 = { length = 80 }", "3: the key is there twice; write it once\n"),
         ("[WCS]\nG54 = [1, 2, 3]", "WCS: this is no option of a set-up; did you mean wcs?"),
         ('tool_table = ""', "VP503 error: tool_table = ''"),

@@ -758,6 +758,11 @@ def test_a_slip_of_a_block_is_told_at_its_word(
         (".ngc", ENDLESS.format("o5 while [#1 GT 0]", "o5 endwhile"), "no line of it sets #1", 6),
         (".nc", ENDLESS.format("WHILE [#1 GT 0] DO1", "END1\n#1=0"), "the loop of lines 8 to 10, and no line", 8),
         (".nc", "N5 X5\nGOTO5", "the last in the loop of lines 7 to 8; if", 7),
+        (".mpf", "R1=1\nWHILE (R1<5)\nX5\nENDWHILE", "no line of it sets R1, which its condition asks", 7),
+        (".mpf", "R1=1\nREPEAT\nX5\nN10 R1=R1-1\nUNTIL R1>5", "the last in the loop of lines 8 to 10; if", 8),
+        (".mpf", "LOOP\nX5\nENDLOOP", "the last in the loop of lines 6 to 8; if", 6),
+        (".h", "FN 0: Q1 = +0\nLBL 1\nL X+5\nFN 12: IF +Q1 LT +5 GOTO LBL 1", "no line of it sets Q1, which", 7),
+        (".h", "LBL 1\nL X+5\nCALL LBL 1", "what line 7 calls leads to line 7 again", 7),
     ],
 )
 def test_a_loop_without_end_is_named(
@@ -765,6 +770,23 @@ def test_a_loop_without_end_is_named(
 ) -> None:
     (item,) = check(inspector, tmp_path / f"a{ending}", embed(ending, lines)).findings
     assert (item.code, item.line) == ("VP024", line)
+    assert said in item.message
+
+
+@pytest.mark.parametrize(
+    ("ending", "lines", "said"),
+    [
+        (".mpf", "R1=0 R2=0\nWHILE R1<5\nR2=R2+900\nX=R2\nENDWHILE", "no line of it sets R1"),
+        (".h", "Q1 = 0\nQ2 = 0\nLBL 1\nQ2 = Q2 + 900\nL X+Q2\nFN 12: IF +Q1 LT +5 GOTO LBL 1", "no line of it sets Q1"),
+        (".nc", "#1=0\n#2=0\nWHILE [#1 LT 5] DO1\n#2=#2+900\nX#2\nEND1", "no line of it sets #1"),
+        (".mpf", "FOR R1=1 TO 200\nX=R1*900\nENDFOR", "in the loop of lines 7 to 8"),
+    ],
+)
+def test_a_value_that_grows_in_a_loop_is_one_finding(
+    inspector: Inspector, tmp_path: Path, ending: str, lines: str, said: str
+) -> None:
+    (item,) = check(inspector, tmp_path / f"a{ending}", embed(ending, lines)).findings
+    assert item.code == "VP007"
     assert said in item.message
 
 

@@ -228,3 +228,19 @@ def test_a_tap_that_turns_the_wrong_way_is_told_which_one_is_right(view, code, s
     _moves, findings = view(f"G0 X0 Y0 Z5\nS100 {spindle} F100\n{code} Z-5 R2\nM2", dialect="rs274")
     assert [(one.code, one.line) for one in findings] == [("VP017", 3)]
     assert words in findings[0].message
+
+
+@pytest.mark.parametrize("before", ["G0", "G1"])
+def test_axis_words_beside_g80_are_a_motion_of_fanuc(moves_text, before):
+    text = f"G21 G90 G17 G49 F600 G0 X0. Y0. Z60.\n{before} X1.\nG98 G81 X5. Z20. R30.\n{{}}\nX9.\nM30"
+    beside, alone = (
+        [move.split(maxsplit=1)[1] for move in moves_text(text.format(end), dialect="fanuc")]
+        for end in ("G80 Z80.", "G80\nZ80.")
+    )
+    assert beside == alone
+    assert "Z80" in beside[-2]
+
+
+def test_axis_words_beside_g80_have_no_use_in_rs274(view):
+    _moves, findings = view("F9 G0 Z2\nG81 X1 Z-1 R1\nG80 Z5\nM2", dialect="rs274")
+    assert [item.code for item in findings] == ["VP006"]

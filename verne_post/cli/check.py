@@ -247,7 +247,7 @@ def _check_one(
         except InputError as error:  # the others are checked all the same
             result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
-            result = refuse_program(InputError(*files.find_lines([report_unread(error, name)])))
+            result = refuse_program(InputError(*files.find_lines([report_unread(error)])))
         except MemoryError:
             result = refuse_program(make_input_error("VP022", f"{shown}: memory is used up"))
         except (click.Abort, click.exceptions.Exit, FileError):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.colour import say
+from verne_post.cli.files import PROGRAM as PROGRAM
 from verne_post.cli.files import RunFiles, is_dash, locate_errors, name_unreadable, show_name
 from verne_post.cli.numbers import NUMBER
 from verne_post.model.verdict import find_exit_status
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 #: Endings of documents, which are no programs.
 _NO_PROGRAMS = frozenset((".md", ".rst", ".html", ".htm", ".pdf", ".docx"))
-#: How a program is called where its file collides with another.
-PROGRAM = "INPUT"
 #: A text of more bytes is not held in memory.
 LONG_TEXT = 1 << 22
 

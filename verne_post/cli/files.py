@@ -45,6 +45,10 @@ def show_name(name: _Name) -> str:
     return "<stdin>" if is_dash(name) else escape_unprinted(str(name))
 
 
+#: How a program is called where its file collides with another.
+PROGRAM: Final = "INPUT"
+
+
 class FileError(Exception):
     """A file cannot be used as asked: the message names it and says what would be right. Exit status 2."""
 
@@ -391,19 +395,22 @@ def locate_errors(function: Callable[Concatenate[RunFiles, _P], _T]) -> Callable
     return call
 
 
-def report_unread(error: Exception, program: str) -> "Finding":
-    """VP022 of a program or of a file that it needs; of a program that is not there, with a name near it."""
-    from verne_post.base.suggestions import find_meant
+def report_unread(error: Exception) -> "Finding":
+    """VP022 of a program or of a file that it needs."""
     from verne_post.model.findings import make_finding
+
+    return make_finding("VP022", str(error))
+
+
+def _describe_missing(name: str) -> str:
+    """A program that is not there, with a name near it."""
+    from verne_post.base.suggestions import find_meant
     from verne_post.model.verdict import NO_SUCH_FILE
 
-    text, path = str(error), Path(program)
-    if isinstance(error, Unreadable) and text == str(Unreadable(f"{show_name(program)}: {os.strerror(errno.ENOENT)}")):
-        names = [one.name for one in path.parent.iterdir() if one.suffix != ".toml"] if path.parent.is_dir() else []
-        near = find_meant(path.name, names)
-        meant = f"; did you mean {make_printable(show_name(path.with_name(near)))}?" if near else ""
-        text = f"{make_printable(show_name(program))}: {NO_SUCH_FILE}{meant}"
-    return make_finding("VP022", text)
+    path = Path(name)
+    names = [one.name for one in path.parent.iterdir() if one.suffix != ".toml"] if path.parent.is_dir() else []
+    near = find_meant(path.name, names)
+    return f"{NO_SUCH_FILE}{f'; did you mean {show_name(path.with_name(near))}?' if near else ''}"
 
 
 @contextmanager
@@ -413,6 +420,8 @@ def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
         yield
     except OSError as error:
         why = "is closed" if is_dash(name) and error.errno == errno.EBADF else error.strerror or error
+        if error.errno == errno.ENOENT and what == PROGRAM:
+            why = _describe_missing(str(name))
         shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)
         raise Unreadable(f"{shown}: {why}") from None
 

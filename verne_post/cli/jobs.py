@@ -203,7 +203,7 @@ def _make_outcome(job: Job) -> Outcome:
     except InputError as error:
         done = _make_failure(job, *error.findings)
     except (click.UsageError, Unreadable) as error:
-        done = _make_failure(job, report_unread(error, job.program))
+        done = _make_failure(job, report_unread(error))
     if record is not None and record.key == key and all(_is_made(job, *file) for file in record.files.items()):
         return replace(
             record.outcome, program=job.program, again=True, left=_find_unknown_files(job, record, record.files)

@@ -16,9 +16,12 @@ def find_wrong_codes(remap: Mapping[str, str]) -> Iterator[str]:
             yield f"remap.{error}"
 
 
-def find_wrong_keys(control: Mapping[str, Mapping[str, object]]) -> Iterator[str]:
-    """What is wrong with keys of controls, by dialect, as sentences."""
-    for dialect, keys in control.items():
+def find_wrong_keys(control: Mapping[str, Mapping[str, object]], elsewhere: Mapping[str, str]) -> Iterator[str]:
+    """What is wrong with keys of controls, by dialect, as sentences; of keys ``elsewhere``, where they belong."""
+    for dialect, given in control.items():
+        misplaced = [name for name in given if name in elsewhere and name not in KEYS[dialect].__struct_fields__]
+        yield from (f"{dialect}.{name} is not a key of this control; {elsewhere[name]}" for name in misplaced)
+        keys = {name: value for name, value in given.items() if name not in misplaced}
         try:
             read_keys(KEYS[dialect], keys)
         except ValueError as error:

@@ -1,14 +1,39 @@
 """A table of options in a file: what is wrong with it."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
+
+from msgspec import field
 
 from verne_post.base.suggestions import suggest
 from verne_post.config.machine_paths import find_meant_machine, list_machines
+from verne_post.config.sentences import Table
+from verne_post.model.control_keys import KEYS
 from verne_post.model.findings import UsageError
 from verne_post.model.options import check_value
+
+
+class CheckFile(Table, frozen=True, kw_only=True):
+    """[check]: which findings count; ``baseline`` is relative to the folder of the settings file."""
+
+    select: list[str] = field(default_factory=list)
+    ignore: list[str] = field(default_factory=list)
+    severity: dict[str, Literal["error", "warning", "note"]] = field(default_factory=dict)
+    fail_level: Literal["error", "warning"] | None = None
+    baseline: str | None = None
+
+
+def find_tables(tables: Mapping[str, Iterable[str]], check: str = "[check]") -> dict[str, str]:
+    """Keys, and where each belongs: in tables, in those of controls, or in ``check``."""
+    places: dict[str, list[str]] = {}
+    controls = {f"[{dialect}]": kind.__struct_fields__ for dialect, kind in KEYS.items()}
+    for table, keys in {**tables, **controls, check: CheckFile.__struct_fields__}.items():
+        for key in keys:
+            if key != "tools" or table not in controls:  # of tools people mean the lengths, not the names
+                places.setdefault(key, []).append(table)
+    return {key: f"{key} belongs into {' or '.join(where)}" for key, where in places.items()}
 
 
 def find_wrong_options(
@@ -31,9 +56,9 @@ def find_wrong_options(
     """
     found = []
     for name, value in given.items():
-        if name == "machine" and name not in others:
+        if name == "machine" and name not in others and name not in elsewhere:
             found.append(f"machine: {kind} does not choose the machine; {_say_where_machine_is_chosen(value)}")
-        elif name == "options" and name not in allowed and name not in others:
+        elif name == "options" and name not in allowed and name not in others and name not in elsewhere:
             found.append(
                 f"options: the options of {kind} belong at its top; delete the line [options], a table of settings"
             )

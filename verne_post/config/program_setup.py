@@ -10,7 +10,7 @@ from verne_post.base.printable import quote_key
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, PartFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
-from verne_post.config.option_table import find_wrong_options
+from verne_post.config.option_table import find_tables, find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.model.control_keys import KEYS, NAMING_TOOLS
@@ -190,9 +190,14 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     rest = {key: value for key, value in data.items() if key not in own}
     place = f"{prefix}." if prefix else ""
     sentences = list(_take_nested_tables(own, place))
+    elsewhere = {key.lower(): f"{key} belongs into {table}" for key in rest if (table := _find_table(key))}
+    elsewhere |= find_tables({}, "[check] of verne-post.toml")
     if isinstance(own.get("wcs"), dict):  # whatever is given for what is no work system
         sentences += [f"{place}wcs: {why}" for key in own["wcs"] if (why := _describe_wrong_system(key))]
         own["wcs"] = {key: value for key, value in own["wcs"].items() if not _describe_wrong_system(key)}
+        for key in [key for key, value in own["wcs"].items() if isinstance(value, dict)]:  # G54.1P1 without quotes
+            name = ".".join((key, *own["wcs"].pop(key)))
+            sentences.append(f'{place}wcs.{key}: a name with a point is in quotes; write "{name}" = [X, Y, Z]')
     try:
         file = check_table(SetupFile, own, "a set-up", prefix)
     except WrongTableError as error:
@@ -209,7 +214,11 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     sentences += [
         f"{place}{text}"
         for text in find_wrong_options(
-            rest, list_setup_options(), [*SetupFile.__struct_fields__], "a set-up", {**_FIXTURES, **_SHAPES}
+            rest,
+            list_setup_options(),
+            [*SetupFile.__struct_fields__],
+            "a set-up",
+            {**elsewhere, **_FIXTURES, **_SHAPES},
         )
     ]
     for key, others in (("tool_length", ("tool_lengths", "tools")), ("tools", ("tool_table", "tool_lengths"))):
@@ -220,7 +229,7 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
                 )
     remap = {code: meaning for code, meaning in file.remap.items() if meaning != TO_DECIDE}
     control = {dialect: dict(getattr(file, dialect)) for dialect in KEYS}
-    sentences += [f"{place}{text}" for text in (*find_wrong_codes(remap), *find_wrong_keys(control))]
+    sentences += [f"{place}{text}" for text in (*find_wrong_codes(remap), *find_wrong_keys(control, elsewhere))]
     tools: dict[int, Tool] = {}
     try:
         # one that a command line names may serve several programs
@@ -249,8 +258,19 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     )
 
 
+def _find_table(key: str) -> str:
+    """The table into which the number of a tool, or a work system, belongs."""
+    return "[tools]" if key.isdecimal() else "" if _describe_wrong_system(key) else "[wcs]"
+
+
 def _take_nested_tables(own: dict[str, Any], place: str) -> Iterator[str]:
-    """Take tables of a set-up out of [part] and [stock], which have none, and say where they belong."""
+    """Take tables of a set-up out of [part] and [stock], which have none, and say where they belong.
+
+    And take values that stand in place of [tools] and [wcs].
+    """
+    for name, example in (("tools", "1 = { length = 80 }"), ("wcs", "G54 = [0, 0, 60]")):
+        if name in own and not isinstance(own[name], dict):
+            yield f"{place}{name} = {own.pop(name)!r}: expected a table; write [{place}{name}], and below it {example}"
     for name, schema in (("part", PartFile), ("stock", FixtureFile)):
         table = own.get(name)
         wrong = [

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar, Final, Literal, TypeVar, get_args, get_origin
 
 from msgspec import Struct, ValidationError, convert
@@ -57,7 +58,13 @@ class WrongTableError(ValueError):
         self.sentences = sentences
 
 
-def check_table(schema: type[_Schema], data: Any, kind_of_file: str, prefix: str = "") -> _Schema:
+def check_table(
+    schema: type[_Schema],
+    data: Any,
+    kind_of_file: str,
+    prefix: str = "",
+    elsewhere: Mapping[str, str] = MappingProxyType({}),
+) -> _Schema:
     """The table ``data`` of a file as its schema has it.
 
     Parameters
@@ -66,6 +73,8 @@ def check_table(schema: type[_Schema], data: Any, kind_of_file: str, prefix: str
         What the keys are keys of, in words.
     prefix : str
         Name of the table in its file.
+    elsewhere : mapping
+        Keys that people write into wrong tables of it, and where they belong.
 
     Raises
     ------
@@ -75,7 +84,7 @@ def check_table(schema: type[_Schema], data: Any, kind_of_file: str, prefix: str
     try:
         return convert(data, schema)
     except ValidationError as error:
-        mistakes = dict(_find_mistakes_of_table(schema, data, kind_of_file, ())) or {(): f": {error}"}
+        mistakes = dict(_find_mistakes_of_table(schema, data, kind_of_file, (), elsewhere)) or {(): f": {error}"}
     start = (prefix,) if prefix else ()
     places = (_name_place((*start, *place)) for place in mistakes)
     texts = zip(places, mistakes.values(), strict=True)
@@ -89,7 +98,11 @@ def _name_place(place: tuple[int | str, ...]) -> str:
 
 
 def _find_mistakes_of_table(
-    schema: type[Table], data: dict[str, Any], kind_of_file: str, place: tuple[int | str, ...]
+    schema: type[Table],
+    data: dict[str, Any],
+    kind_of_file: str,
+    place: tuple[int | str, ...],
+    elsewhere: Mapping[str, str],
 ) -> Iterator[_Mistake]:
     known = {field.encode_name: field for field in fields(schema)}
     found: list[_Mistake] = []
@@ -100,11 +113,12 @@ def _find_mistakes_of_table(
             # a key that the table lacks goes before one that it has
             nearest = find_meant(key, [one for one in known if one not in data], known)
             keys = f"; did you mean {nearest}?" if nearest else f"; {_list_keys(schema)}" if place else ""
-            keys = f"; {schema.elsewhere[key.lower()]}" if key.lower() in schema.elsewhere else keys
+            known_places = {**elsewhere, **schema.elsewhere}
+            keys = f"; {known_places[key.lower()]}" if key.lower() in known_places else keys
             found.append((here, f" is not a key of {kind_of_file}{keys}"))
             meant.add(nearest)
             continue
-        wrong = list(_find_mistakes_of_value(known[key].type, value, kind_of_file, here))
+        wrong = list(_find_mistakes_of_value(known[key].type, value, kind_of_file, here, elsewhere))
         if not wrong and key in schema.checks:
             wrong = [(here, f" = {value!r}: {why}")] if (why := _describe_complaint(schema.checks[key], value)) else []
         found += wrong
@@ -120,19 +134,21 @@ def _find_mistakes_of_table(
 
 
 def _find_mistakes_of_value(
-    kind: Any, value: Any, kind_of_file: str, place: tuple[int | str, ...]
+    kind: Any, value: Any, kind_of_file: str, place: tuple[int | str, ...], elsewhere: Mapping[str, str]
 ) -> Iterator[_Mistake]:
     """Mistakes in the innermost places that do not fit; of a union the type that the value looks like counts."""
     fitting = next((one for one in list_alternatives(kind) if has_shape(one, value)), None)
     base = strip_bounds(fitting)[0]
     found: list[_Mistake] = []
     if isinstance(base, type) and issubclass(base, Table):
-        found = list(_find_mistakes_of_table(base, value, kind_of_file, place))
+        found = list(_find_mistakes_of_table(base, value, kind_of_file, place, elsewhere))
     elif get_origin(base) in (list, dict) and fitting is not None:
         items = value.items() if isinstance(value, dict) else enumerate(value)
         inner = get_args(base)[-1]
         found = [
-            one for key, item in items for one in _find_mistakes_of_value(inner, item, kind_of_file, (*place, key))
+            one
+            for key, item in items
+            for one in _find_mistakes_of_value(inner, item, kind_of_file, (*place, key), elsewhere)
         ]
     if not found and _describe_complaint(lambda one: convert(one, kind), value):
         found = [(place, f" = {value!r}: expected {_describe_expected(kind, fitting, value, place)}")]
@@ -146,6 +162,8 @@ def _describe_expected(kind: Any, fitting: Any, value: object, place: tuple[int 
     if len(kinds) == 1 and isinstance(kinds[0], type) and issubclass(kinds[0], Table):
         has_file = isinstance(value, str) and any(field.encode_name == "file" for field in fields(kinds[0]))
         example = f", [{'.'.join(map(str, place))}] file = {json.dumps(value)}" if has_file else ""
+        if type(value) in (int, float) and any(field.encode_name == "length" for field in fields(kinds[0])):
+            example = f", {place[-1]} = {{ length = {value} }}"
         return f"{describe(kinds[0])}{example}; {_list_keys(kinds[0])}"
     if (fitting is not None and fitting not in words) or not 0 < len(words) < len(kinds):
         text = describe(kind if fitting is None else fitting)

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -15,8 +15,8 @@ from verne_post.config.box_file import FixtureFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
 from verne_post.config.files import read_file
 from verne_post.config.machine_paths import DEFAULT_MACHINE, list_machine_files
-from verne_post.config.option_table import find_wrong_options
-from verne_post.config.program_setup import ProgramSetup, read_setup_table
+from verne_post.config.option_table import CheckFile, find_tables, find_wrong_options
+from verne_post.config.program_setup import ProgramSetup, SetupFile, list_setup_options, read_setup_table
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.model.control_keys import KEYS
@@ -27,16 +27,6 @@ from verne_post.model.options import OPTIONS
 #: Looked for in the folder of a program and those above it.
 FILE_NAME: Final = "verne-post.toml"
 PROJECT_FILE: Final = "pyproject.toml"
-
-
-class CheckFile(Table, frozen=True, kw_only=True):
-    """[check]: which findings count; ``baseline`` is relative to the folder of the settings file."""
-
-    select: list[str] = field(default_factory=list)
-    ignore: list[str] = field(default_factory=list)
-    severity: dict[str, Literal["error", "warning", "note"]] = field(default_factory=dict)
-    fail_level: Literal["error", "warning"] | None = None
-    baseline: str | None = None
 
 
 class SettingsFile(Table, frozen=True, kw_only=True):
@@ -54,6 +44,19 @@ class SettingsFile(Table, frozen=True, kw_only=True):
     stock: FixtureFile | None = None
     check: CheckFile = field(default_factory=CheckFile)
     setup: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+
+_ALLOWED: Final = tuple(name for name, option in OPTIONS.items() if option.about.in_settings)
+_OF_PROGRAM: Final = {*SetupFile.__struct_fields__, *list_setup_options()} - {
+    *SettingsFile.__struct_fields__,
+    *_ALLOWED,
+}
+#: Keys in a wrong table -> where they belong.
+_PLACES: Final = {
+    **{name: f"write [{name}], a table of its own" for name in SettingsFile.__struct_fields__},
+    "machine": "machine belongs above the first [table] of the file",
+    **find_tables({"[options]": _ALLOWED, 'the set-up PROGRAM.toml of a program, or [setup."*.nc"]': _OF_PROGRAM}),
+}
 
 
 class Settings(Struct, frozen=True):
@@ -144,7 +147,7 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
             if not isinstance(table, dict):
                 raise make_input_error("VP503", f"{path.name}: there is no table [tool.verne-post] in it")
             data = table
-        file = check_table(SettingsFile, data, "a settings file")
+        file = check_table(SettingsFile, data, "a settings file", elsewhere=_PLACES)
     except OSError as error:
         raise make_input_error("VP503", f"settings file {str(path)!r}: {error.strerror or error}") from None
     except WrongTableError as error:
@@ -152,10 +155,10 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
     except ValueError as error:
         raise make_input_error("VP503", f"{path.name}: {error}") from None
     control = {dialect: getattr(file, dialect) for dialect in KEYS}
-    texts = (*find_wrong_codes(file.remap), *find_wrong_keys(control))
+    texts = (*find_wrong_codes(file.remap), *find_wrong_keys(control, _PLACES))
     wrong = [make_finding("VP503", f"{path.name}: {text}") for text in texts]
-    allowed = [name for name, option in OPTIONS.items() if option.about.in_settings]
-    wrong += [make_finding("VP503", f"{path.name}: options.{why}") for why in find_wrong_options(file.options, allowed)]
+    whys = find_wrong_options(file.options, _ALLOWED, elsewhere=_PLACES)
+    wrong += [make_finding("VP503", f"{path.name}: options.{why}") for why in whys]
     remedy = "" if named else f"put it there, or give --settings {path}"
     setups = {}
     for glob, table in file.setup.items():

@@ -28,6 +28,12 @@ _WORD: Final = re.compile(r"[^\s,=\[\]{}#\"']+")
 _WITH_O: Final = re.compile(r"[-+]?(?=[\d.]*[Oo])[\dOo.]+")
 _OPEN_POINT: Final = re.compile(r"([-+]?)(?:(\d+)\.|(\.\d+))")
 _WITH_UNIT: Final = re.compile(r"([-+]?\d+(?:\.\d+)?)(mm|cm|m|in|inch|deg|°|s|ms)")
+_SPACED_UNIT: Final = re.compile(r"([-+]?\d+(?:\.\d+)?)[ \t]+(mm|cm|m|in|inch|deg|°|s|ms)\b")
+_ZERO_FIRST: Final = re.compile(r"([-+]?)0+(\d+(?:\.\d+)?)")
+#: Numbers that are meant as a list: without brackets, in round ones, or without commas.
+_NUMBERS: Final = re.compile(
+    r"=[ \t]*[\[(]?[ \t]*([-+]?\d+(?:\.\d+)?(?:(?:[ \t]*[,;][ \t]*|[ \t]+)[-+]?\d+(?:\.\d+)?)+)[ \t]*[\])]?[ \t\r]*$"
+)
 #: A line that begins a key or a table, whatever was open above it.
 _STATEMENT: Final = re.compile(r"^[ \t]*(?:\[\[?[A-Za-z][\w.-]*\]|[\w.\"'-]+[ \t]*=)", re.MULTILINE)
 _TEXT_OR_REMARK: Final = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*")
@@ -94,7 +100,22 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return "the brace { is not closed in its line; write } where the table ends, in the same line"
     if "hex value" in message or "Unescaped" in message:
         return "a backslash in a text; write the text in ' ' instead of quotation marks"
-    if bare[:column].lstrip()[:1] in (";", "/", "("):
+    if "at the end of a table declaration" in message:
+        return "the bracket [ is not closed; write ] behind the name of the table"
+    if message.startswith("Expected '='") and bare[column - 1 : column] in tuple("[{-+0123456789"):
+        return "write = between a key and its value"
+    if message.startswith("Expected '='") and "=" in bare[column:]:
+        name = line.split("=")[0].strip()
+        right = re.sub(r"\s", "", name) if re.match(r"G\d", name) else name
+        return f'{name}: a name with a blank or a point is in quotes; write "{right}"'
+    if (numbers := _NUMBERS.search(bare)) is not None and numbers.start() < column:
+        right = ", ".join(re.split(r"[ \t]*[,; \t][ \t]*", numbers[1]))
+        return f"a list has brackets, and commas between its numbers; write [{right}]"
+    if unit := _SPACED_UNIT.search(bare):
+        return f"{unit[0]}: a number has no unit; write {unit[1]}, in the unit of the key"
+    if bare[:column].lstrip()[:1] in (";", "/", "(") or (
+        bare[column - 1 : column] in (";", "/") and "inline table" not in message
+    ):
         return "a remark begins with #"
     if bare[column - 1 : column] == ":":
         return "write = instead of :"
@@ -110,6 +131,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if point := _OPEN_POINT.fullmatch(word[0]):
         right = f"{point[1]}{point[2]}.0" if point[2] else f"{point[1]}0{point[3]}"
         return f"{word[0]}: a number needs a digit on both sides of the point; write {right}"
+    if zero := _ZERO_FIRST.fullmatch(word[0]):
+        return f"{word[0]}: a number does not begin with 0; write {zero[1]}{zero[2]}"
     if unit := _WITH_UNIT.fullmatch(word[0]):
         return f"{word[0]}: a number has no unit; write {unit[1]}, in the unit of the key"
     if "Invalid value" not in message or not word[0][0].isalpha():

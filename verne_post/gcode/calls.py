@@ -64,7 +64,10 @@ class CallStack(Generic[_Text, _Frame]):
             VP024.
         """
         if len(self._frames) > MAX_DEPTH:
+            lines = sorted({line for line, _begin in self.chain[1:]})
             text = f"more than {MAX_DEPTH} nested calls, the last of {name}"
+            if len(self.chain) > len(lines) + 1:
+                text += f"; what line {lines[0]} calls leads to line {lines[0]} again"
             raise ProgramError("VP024", text, column)
 
     def enter(self, text: _Text, begin: int, line: int, frame: _Frame) -> None:

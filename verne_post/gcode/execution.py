@@ -10,6 +10,7 @@ from msgspec import Struct, field
 from verne_post.base.printable import join_names
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.calls import CallStack
+from verne_post.gcode.loops import Loop
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import NEAR_TOOL, ONE_TOOL
 from verne_post.gcode.mistyped import drop_letter
@@ -282,6 +283,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
     """Execute a program from its next line on, until it ends or a stop condition is met; its errors are collected."""
     calls, state = run.calls, execution.state
     is_watched = stop.all_known or stop.after_line is not None
+    loop = Loop()
     reached_line, is_lost = 0, False  # the last line of the program itself so far; the next one is not known
     while not run.has_ended:
         text, line, shown_line = calls.text, calls.line, calls.shown_line  # a return may leave them
@@ -301,7 +303,10 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             restart = stop.trace is not None and may_restart(state) and run.may_restart()
             moves = execution.recorder.count
             contour = 0 if state.compensation is None else state.compensation.start_line
+            frame = calls.frame
             last, errors = run.execute(chunk, stop)
+            if calls.line <= line and calls.text is text and calls.frame is frame:
+                loop.note(calls, line)
             errors = execution.drop_wrong_corners(errors, contour)
             errors = execution.drop_consequences(errors, chunk, range(line, min(last, chunk.end_line)), moves)
             if stop.trace is not None and text is calls.main and line <= stop.trace.counted_line < last:
@@ -314,6 +319,9 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
         except ProgramError as error:
             execution.recorder.give_up(shown_line or line)
             errors = [error]
+        if errors and text is loop.text:
+            language = execution.recorder.language
+            errors = [one for error in errors if (one := loop.name(error, line, language)) is not None]
         if errors and (
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
         ):

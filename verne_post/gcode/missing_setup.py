@@ -136,7 +136,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     if name in numbers:
         number = numbers[name]
     elif setup.tools is not None:
-        other = find_meant(name, numbers)
+        other = next((one for one in numbers if one.lower() == name.lower()), "") or find_meant(name, numbers)
         # the name may stand in a word, whose quotes stay
         is_behind_words = " " in call.replace(name, "")
         near = f"; did you mean {other if is_behind_words else call.replace(name, other)}?" if other else ""
@@ -144,7 +144,9 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
             f"{call}: no tool of this name is given; write it under [tools] of the set-up, or give its number in a "
             f"tool table under [{dialect}.tools] of the settings file{near}"
         )
-        raise ProgramError("VP012", text, column, settled_by=("tools", name, "length"))
+        error = ProgramError("VP012", text, column, settled_by=("tools", name, "length"))
+        error.cause = f"tools.{name}"  # of TOOL DEF and TOOL CALL one finding
+        raise error
     else:
         number = next((given for given, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))
     names[number] = name

@@ -9,6 +9,8 @@ from verne_post.gcode.program_error import ProgramError
 
 #: Moves of one block beyond this count as repeated blocks: a cycle with that many holes is a loop of its own.
 MOVES_OF_BLOCK: Final = 1_000
+#: What the message counts, behind which the loop is named.
+REPEATED: Final = " blocks and moves"
 
 
 class Repeats(Struct):
@@ -47,6 +49,5 @@ class Repeats(Struct):
         if self.repeated_blocks > self.most:
             raise ProgramError(
                 "VP024",
-                f"loops and calls have repeated {self.most} blocks and moves; if the program is meant to, "
-                "raise --max-repeats",
+                f"loops and calls have repeated {self.most}{REPEATED}; if the program is meant to, raise --max-repeats",
             )

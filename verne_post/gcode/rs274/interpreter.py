@@ -293,7 +293,9 @@ class Rs274(Language):
             raise ProgramError(
                 "VP003", f"{taker} and {spell_g_code(explicit)} both use the axis words; write two blocks"
             )
-        if axes and explicit == 800 and not takes:
+        if axes and explicit == 800 and not takes and self.traits.resumes_motion:
+            explicit = self._find_resumed_motion()
+        elif axes and explicit == 800 and not takes:
             raise block.error("VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", axes[0])
         if explicit is not None or takes:
             return explicit
@@ -400,8 +402,12 @@ class Rs274(Language):
         if code in CYCLES and modes.motion not in CYCLES:
             modes.motion_before = modes.motion
         if code is None and self.traits.resumes_motion:
-            code = modes.motion_before if modes.motion in CYCLES else modes.motion
+            code = self._find_resumed_motion()
         modes.motion = code
+
+    def _find_resumed_motion(self) -> int | None:
+        """The motion code that goes on after a cycle where G80 ends the cycle alone."""
+        return self.modes.motion_before if self.modes.motion in CYCLES else self.modes.motion
 
     def _select_system(self, block: Block, code: int) -> None:
         system = self._find_system_number(block, code)

@@ -54,9 +54,6 @@ def _find_last_start(text: ProgramText) -> tuple[int, str] | None:
     return (line, last[1]) if last is not None else None
 
 
-_VARIABLE: Final = re.compile(r"#(?:<[^<>]*>|\d+)")
-
-
 class _BlockRun:
     """A program of blocks in execution; with recovery all errors of a block are found."""
 
@@ -66,8 +63,6 @@ class _BlockRun:
         #: A call has been left out, whose program is missing: it may set any mode and variable, and stops loops.
         self._misses_program = False
         self._gives_up = False
-        #: First and last line of the loop that went back last, and whether the block at hand may go back.
-        self._last_loop, self._jumps = (0, 0), False
         #: A code of the last line has no meaning: it may be what ends the program.
         self._has_unknown_code = False
         self._is_unread = False  #: The last line could not be read, or has such a code.
@@ -172,13 +167,7 @@ class _BlockRun:
                 del warnings[key]
         for found in errors:
             _find_column(found, chunk.read_raw(row))
-        if self._jumps and self.calls.text is text and self.calls.line <= line:
-            self._last_loop = self.calls.line, line
-        try:
-            flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
-        except ProgramError as error:
-            self._name_loop(error, text)
-            raise
+        flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
         errors = self._drop_following(errors, text, line, is_lost=is_lost) if errors else errors
         self._has_unknown_code = any(error.code == "VP002" for error in errors)
         self._is_unread = self._has_unknown_code or any(error.code == "VP001" for error in errors)
@@ -228,25 +217,6 @@ class _BlockRun:
             self.recovery.lose_plane()
         return left
 
-    def _name_loop(self, error: ProgramError, text: ProgramText) -> None:
-        """Say which loop a program repeats without end, and what its condition asks and no line of it sets."""
-        begin, end = self._last_loop
-        if not begin:
-            return
-        raw_lines = (decode_line(text.read_line(line)) for line in range(begin, end + 1))
-        lines = ["".join(remove_remarks(line).lower().split()) for line in raw_lines]
-        names_in_test = list(dict.fromkeys(_VARIABLE.findall(lines[0] if "[" in lines[0] else lines[-1])))
-        unset = [
-            one for one in names_in_test if not any(re.search(rf"{re.escape(one)}=", one_line) for one_line in lines)
-        ]
-        about = ""
-        if unset and unset == names_in_test:
-            about = f", and no line of it sets {' or '.join(unset)}, which its condition asks"
-        error.message = error.message.replace(
-            " blocks and moves", f" blocks and moves, the last in the loop of lines {begin} to {end}{about}"
-        )
-        error.line, error.column = begin, None
-
     def _read_and_execute(self, text: str, line: int) -> list[ProgramError]:
         if self.recovery is None:
             return self._execute_block(self.flow.interpreter.read(text, line), line)
@@ -284,7 +254,6 @@ class _BlockRun:
     def _execute_block(self, block: Block, line: int) -> list[ProgramError]:
         flow, recovery = self.flow, self.recovery
         interpreter, errors = flow.interpreter, []
-        self._jumps = block.macro is not None or (block.o is not None and block.o.keyword not in ("call", None))
         if block.o is not None:
             if block.o.keyword is None and self._has_unknown_code and not self.calls.in_call:
                 self._gives_up = not self.calls.text.is_head(line)  # what the code would have done is not known
