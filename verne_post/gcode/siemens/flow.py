@@ -27,9 +27,10 @@ from verne_post.gcode.siemens.contour_milling import ContourMilling, build_conto
 from verne_post.gcode.siemens.cursor import NAME, Cursor
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.executor import Executor
+from verne_post.gcode.siemens.headers import find_meant_header
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
 from verne_post.gcode.siemens.milling import MODAL_MILLING
-from verne_post.gcode.siemens.program import Section, SiemensText, split_line
+from verne_post.gcode.siemens.program import Section, SiemensText, refuse_header, split_line
 from verne_post.gcode.siemens.values import read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
@@ -89,7 +90,9 @@ class Flow:
                 name = error.settled_by[1] if error.settled_by[:1] == ("remap",) else ""
                 if name and text.is_target(name) and (bare := text.find_bare_label(name)) is not None:
                     raise bare from None
-                if name and (header := text.find_misspelt_header(name)) is not None:
+                if not name and error.code == "VP002" and (correction := find_correction(error.message)) is not None:
+                    name = correction[0].upper()
+                if NAME.fullmatch(name) and (header := text.find_misspelt_header(name)) is not None:
                     raise header from None
                 missing = self.calls.frame.missing if text is self.calls.text else None
                 if missing is not None and self._is_of_missing(error, missing, raw, line):
@@ -141,6 +144,10 @@ class Flow:
         symbol = cursor.skip()
         if symbol == "":
             return
+        if symbol == "%" or line == self.calls.frame.section.first or "_N_" in cursor.text:
+            right = find_meant_header(cursor.text, is_first=self.calls.in_main and not self.calls.in_call)
+            if right:
+                raise refuse_header(cursor.text, right)
         if symbol == "%":
             if line not in (self.calls.frame.section.first, self.calls.frame.section.last):
                 raise cursor.error("VP001", "'%' begins a program; a file with several has lines such as %_N_NAME_SPF")
