@@ -48,6 +48,7 @@ class Procedure(Struct, frozen=True):
     line: int
     parameters: tuple[Parameter, ...] = ()
     save: bool = False
+    is_missing: bool = False  #: The subprogram has no PROC line.
 
 
 class Repeat(Struct):
@@ -136,6 +137,8 @@ class Library:
         return None
 
 
+#: A name, and the type of a value, between which the bracket is missing.
+_TYPE_BEHIND_NAME: Final = re.compile(r"(\w+)(?:VAR|REAL|INT|BOOL|STRING|CHAR|AXIS)")
 #: A PROC line without PROC, or with another word in its place.
 _HEADLESS: Final = re.compile(
     r"[ \t]*(?:N\d+[ \t]*)?(?:([^ \t(;]+)[ \t]+)?([A-Z_]\w*)[ \t]*\([ \t]*(?:VAR|REAL|INT|BOOL|STRING|CHAR|AXIS)\b",
@@ -153,13 +156,13 @@ def read_procedure(section: Section) -> Procedure:
         try:
             if match is None:
                 _refuse_headless(text)
-                return Procedure(line - 1)
+                return Procedure(line - 1, is_missing=True)
             _check_name(Cursor(text, match.end()), section.name)
             return _read_proc(Cursor(text, match.end()), line)
         except ProgramError as error:
             error.line = line
             raise
-    return Procedure(section.first - 1)
+    return Procedure(section.first - 1, is_missing=True)
 
 
 def _refuse_headless(text: str) -> None:
@@ -186,7 +189,13 @@ def _check_name(cursor: Cursor, called_name: str) -> None:
 
 
 def _read_proc(cursor: Cursor, line: int) -> Procedure:
-    cursor.name()
+    cursor.skip()
+    at = cursor.at
+    glued = _TYPE_BEHIND_NAME.fullmatch(cursor.name() or "")
+    if glued is not None and cursor.peek_name() is not None and ")" in cursor.text:
+        written_text, end = cursor.text[at : at + glued.end()], glued.end(1)
+        right = f"{written_text[:end]}({written_text[end:]}"
+        raise cursor.error("VP001", f"{written_text}: a ( is missing; did you mean {right}?", at)
     found: list[Parameter] = []
     if cursor.take("(") and not cursor.take(")"):
         while True:
@@ -243,6 +252,9 @@ def bind_arguments(call: Call, procedure: Procedure, variables: Variables) -> tu
     """The variables that a call begins with, and which of them set the caller's."""
     arguments = call.arguments or ()
     arguments = () if len(arguments) == 1 and not arguments[0].text.strip() else arguments
+    if arguments and procedure.is_missing:
+        text = f"{call.name} has no PROC line, so it takes no values, and its call gives {len(arguments)}; write PROC "
+        raise ProgramError("VP023", f"{text}{call.name}(...), with a type and a name for each, as its first line")
     if len(arguments) > len(procedure.parameters):
         raise ProgramError(
             "VP023",

@@ -27,8 +27,10 @@ _PREFIX: Final = re.compile(
     r"\t]*+(?:(?P<label>[A-Za-z_][A-Za-z0-9_]*)[ \t]*+:(?!=))?",
     re.IGNORECASE,
 )
+#: A block number may have a slip, which is told in its line.
 _BEGINS: Final = (
-    rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+(?:[A-Z_][A-Z0-9_]*[ \t]*+:(?!=)[ \t]*+)?"
+    rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+|(?=\w{0,8}[0-9])\w{1,9}(?=[ \t]))?[ \t]*+"
+    rb"(?:[A-Z_][A-Z0-9_]*[ \t]*+:(?!=)[ \t]*+)?"
 )
 _STRUCTURE: Final = re.compile(
     _BEGINS + rb"(IF|ELSE|ENDIF|FOR|ENDFOR|WHILE|ENDWHILE|LOOP|ENDLOOP|REPEAT|UNTIL)(?![A-Z0-9_])([^\n]*)",
