@@ -1,5 +1,6 @@
 """Slips of typing in a Siemens program: the word that is marked, what is named, and the edit that mends it."""
 
+import time
 from pathlib import Path
 
 import pytest
@@ -100,3 +101,12 @@ def test_a_lost_proc_line_is_told_where_it_was(inspector: Inspector, tmp_path: P
 def test_a_wrong_block_number_of_an_end_leaves_its_loop_closed(inspector: Inspector, tmp_path: Path) -> None:
     message, _marked, _made = look(inspector, tmp_path / "a.mpf", PROGRAM.replace("N170 END", "N17p END"), SETUP)
     assert "WHILE is never closed" not in message
+
+
+def test_a_long_number_before_a_word_takes_no_time(inspector: Inspector, tmp_path: Path) -> None:
+    """Every digit was a place from which the rest of the line was read again: 40 s."""
+    path = tmp_path / "a.mpf"
+    text = PROGRAM.replace("N170 ENDWHILE", f"N1{'2' * 30_000}p ENDIF")
+    begin = time.perf_counter()
+    assert inspector.check(path, {path: text, Path(f"{path}.toml"): SETUP}, NEVER).findings
+    assert time.perf_counter() - begin < 5.0
