@@ -70,7 +70,7 @@ def test_a_slip_is_named_where_it_is_and_its_edit_settles_it(
     "wrong",
     [
         *(f"{begin}TWO_FACES_MPF" for begin in ("5_N_", "%N_", "_N_", "%_N", "%%_N_")),
-        *(f"%_N_TWO_FACES{end}" for end in ("_MFP", "MPF", "_NPF", "_MPFF", "_MP")),
+        *(f"%_N_TWO_FACES{end}" for end in ("_MFP", "MPF", "_NPF", "_MPFF", "_MMPF", "_MP")),
     ],
 )
 def test_a_slip_in_the_first_line_is_one_finding(inspector: Inspector, tmp_path: Path, wrong: str) -> None:

@@ -28,6 +28,8 @@ def find_meant_header(line: str, *, is_first: bool) -> str:
         return ""
     ends = _ENDS if is_first else _ENDS[::-1]
     sizes = (3, 4, 5) if word[-3:] in ("MPF", "SPF") and word[-4].isalnum() else (4, 3, 5)
+    if word[-5] == "_":  # a letter too many, as in _MMPF
+        sizes = (5, 4, 3)
     near = ((word[4:-size], end) for size in sizes for end in ends if _is_near(word[-size:], end))
     return next((f"{_BEGIN}{name}{end}" for name, end in near if _NAME.fullmatch(name)), "")
 
