@@ -49,6 +49,7 @@ RET
     [
         ("CYCLE83(20", "CYCLE8320", "a ( is missing"),
         ("SLOT(REAL", "SLOTREAL", "a ( is missing"),
+        ("SLOT(12.5", "SLOT12.5", "a ( is missing"),
         ("N40 S12000", "N4 0S12000", "a blank and a digit have changed places"),
         ("Z6.1", "Z6.l", "the letter l in a number"),
         ("N90 X-10", "J90 X-10", "a block number begins with N"),

@@ -257,7 +257,8 @@ def find_lost_bracket(cursor: Cursor, at: int, is_subprogram: Callable[[str], bo
     name = NAME.match(rest)
     if name is None or code.count(")") != code.count("(") + 1:
         return None
-    for end in range(min(name.end(), _LONGEST_NAME), 1, -1):
+    ends = range(min(name.end(), _LONGEST_NAME), 1, -1)
+    for end in sorted(ends, key=lambda end: not is_subprogram(rest[:end].upper())):  # SLOT of the program before SLOT1
         known_name = rest[:end].upper()
         value = rest[end:].lstrip(" \t")
         if known_name == "CYCLE832" and value.count(",") >= _VALUES_OF_832:
