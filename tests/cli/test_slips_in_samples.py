@@ -33,8 +33,21 @@ def read_sample(name: str, wrong: str, right: str) -> tuple[str, str]:
          'Write "GROOVE" in place of GROOVE'),
         ("two_faces.mpf", '"END_MILL_6"', "'END_MILL_6'", 'write "END_MILL_6"', "'",
          "Write \"END_MILL_6\" in place of 'END_MILL_6'"),
-        ("two_faces.mpf", "PROC FACE", "FACE", "PROC is missing before FACE(...) in line 50", "FACE",
-         "Write PROC FACE in place of FACE in line 50"),
+        ("two_faces.mpf", "PROC FACE", "FACE", "PROC is missing before the name", "FACE",
+         "Write PROC FACE in place of FACE"),
+        ("two_faces.mpf", "PROC FACE", "PRC FACE", "did you mean PROC?", "PRC", "Write PROC in place of PRC"),
+        ("two_faces.mpf", "PROC FACE", "PROCFACE", "a blank is missing", "PROCFACE",
+         "Write PROC FACE in place of PROCFACE"),
+        ("two_faces.mpf", "PROC FACE", "PROC FAEC", "the subprogram begins as FACE", "FAEC",
+         "Write FACE in place of FAEC"),
+        ("two_faces.mpf", "%_N_FACE_SPF", "%_N_FCE_SPF", "the PROC line below it begins FACE", "%_N_FCE_SPF",
+         "Write %_N_FACE_SPF in place of %_N_FCE_SPF"),
+        ("two_faces.mpf", "%_N_FACE_SPF", "%_N_FACE_SFP", "no program begins with this line", "%_N_FACE_SFP",
+         "Write %_N_FACE_SPF in place of %_N_FACE_SFP"),
+        ("two_faces.mpf", "%_N_FACE_SPF\n", "", "no subprogram begins here without the line %_N_FACE_SPF", "PROC",
+         "Write %_N_FACE_SPF before line 49"),
+        ("two_faces.h", "BEGIN PGM TWO_FACES MM", "BEGIN PGM TWO_FACES M", "the unit of BEGIN PGM is MM or INCH", "M",
+         "Write MM in place of M"),
         ("two_faces_fanuc.nc", "O1302 (", "O1301 (", "O1301 appears twice, in lines 40 and 47", "P1302",
          "Write O1302 in place of O1301 in line 47"),
         ("two_faces.cls", "FEDRAT/1200, MMPM", "FEDRAT/1200, MMPR", "write MMPM", "MMPR",
@@ -54,9 +67,25 @@ def test_a_slip_is_named_where_it_is_and_its_edit_settles_it(
 
 
 @pytest.mark.parametrize(
+    "wrong",
+    [
+        *(f"{begin}TWO_FACES_MPF" for begin in ("5_N_", "%N_", "_N_", "%_N", "%%_N_")),
+        *(f"%_N_TWO_FACES{end}" for end in ("_MFP", "MPF", "_NPF", "_MPFF", "_MMPF", "_MP")),
+    ],
+)
+def test_a_slip_in_the_first_line_is_one_finding(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
+    right = "%_N_TWO_FACES_MPF"
+    text, setup = read_sample("two_faces.mpf", wrong, right)
+    message, marked, made = look(inspector, tmp_path / "a.nc", text, setup)
+    assert (message, marked) == (f"{wrong}: no program begins with this line; did you mean {right}?", wrong)
+    assert made[f"Write {right} in place of {wrong}"][1:] == (text.replace(wrong, right), True)
+
+
+@pytest.mark.parametrize(
     ("name", "right", "wrong", "code", "line", "said"),
     [
         ("two_faces.mpf", "N180 CYCLE800()\n", "", "VP043", 37, "the plane of CYCLE800 in line 32"),
+        ("two_faces_fanuc.nc", "%\nO1300", "5\nO1300", "VP001", 1, "or % if the program begins here"),
         ("two_faces_fanuc.nc", "N200 G69\n", "", "VP043", 30, "the plane of G68.2 in line 25"),
         ("two_faces.h", "49 M129\n", "", "", 0, ""),
         ("two_faces.h", "38 PLANE RESET MOVE DIST0 FMAX\n", "", "VP017", 58,

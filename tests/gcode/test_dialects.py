@@ -97,6 +97,8 @@ def test_recognised_by_the_header(text, name):
         *(("tests/corpus/fanuc/umc.nc", "O4 (", wrong, "fanuc") for wrong in ("P4 (", "4O (", "O (", "%\nO4 (")),
         ("tests/corpus/siemens/side.mpf", "%_N_", "%_B_", "siemens"),
         ("tests/corpus/siemens/side.mpf", "TRAFOOF", "#1=1", "siemens"),
+        ("gcode_samples/two_faces_fanuc.nc", "O1300 (BRACKET, TWO FACES, AS TWO_FACES.NC)\n", "", "fanuc"),
+        ("gcode_samples/two_faces_fanuc.nc", "%\nO1300", "5\nO1300", "fanuc"),
     ],
 )
 def test_a_slip_does_not_make_a_program_one_of_another_language(sample, right, wrong, name):
@@ -104,6 +106,12 @@ def test_a_slip_does_not_make_a_program_one_of_another_language(sample, right, w
     text = (SAMPLES.parent / sample).read_text("utf-8")
     assert right in text
     assert choose_dialect("auto", text.replace(right, wrong, 1).encode(), "") is DIALECTS[name]
+
+
+@pytest.mark.parametrize("first", ["5_N_A_MPF", "_N_A_MPF", "%N_A_MPF", "%_N_A_MFP", "%_N_AMPF", "5_N_A_SPF"])
+def test_a_first_line_with_a_slip_shows_siemens_where_no_other_word_does(first):
+    text = f"{first}\nN10 G17 G54 G90\nN20 G0 X1\nM30\n"
+    assert choose_dialect("auto", text.encode(), "a.nc") is DIALECTS["siemens"]
 
 
 def test_a_title_without_parentheses_says_how_its_line_was_read(view):
@@ -804,6 +812,16 @@ def test_an_origin_that_nobody_has_given_cannot_be_moved(machine):
 
 
 PROGRAM = b"G91 G0 X1\nG90\nM99\n"
+
+
+def test_a_name_of_a_file_in_another_encoding_is_the_one_that_a_program_writes(tmp_path):
+    """It ended with UnicodeEncodeError."""
+    (tmp_path / os.fsdecode(b"h\xe9le.spf")).write_text("RET\n")
+    read = [
+        collect_subprograms(text, tmp_path, (), lambda path, _name: path.read_bytes())[0]
+        for text in (b"X1\n", b"h\xe9le\n")
+    ]
+    assert read == [{}, {os.fsdecode(b"h\xe9le"): b"RET\n"}]
 
 
 @pytest.mark.parametrize(

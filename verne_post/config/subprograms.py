@@ -117,7 +117,7 @@ def _may_call(text: Text) -> bool:
 def _find_names(text: Text, names: list[str]) -> list[str]:
     """Those of the names of files, in lower case, that a text has as words."""
     missing = {
-        name: (letters := name.encode(), re.compile(rb"(?<![a-z0-9_])" + re.escape(letters) + rb"(?![a-z0-9])"))
+        name: (letters := os.fsencode(name), re.compile(rb"(?<![a-z0-9_])" + re.escape(letters) + rb"(?![a-z0-9])"))
         for name in names
     }
     chunks = map(bytes.lower, read_whole_lines(text))

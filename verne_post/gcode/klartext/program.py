@@ -379,7 +379,12 @@ class Klartext:
     def _begin_program(self, statement: Statement) -> None:
         match = re.search(r"[ \t](MM|INCH|IN)[ \t]*$", statement.rest)
         if match is None:
-            raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
+            unit = statement.rest.split()[-1] if len(statement.rest.split()) > 1 else ""
+            near = find_meant(unit, ("MM", "INCH"), slip_alone=True, least=2)
+            if not near:
+                raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
+            message = f"{unit}: the unit of BEGIN PGM is MM or INCH; did you mean {near}?"
+            raise statement.error("VP005", message, statement.rest.rindex(unit))
         inch = match.group(1) != "MM"  # IN: of older controls
         self.modes.inch = inch
         self.q.control_values[113] = float(inch)

@@ -38,10 +38,10 @@ _AXIS_BEHIND_COMMA: Final = re.compile(r",[ \t]+C[ \t]*[-+\d.]", re.IGNORECASE)
 _NUMBER_WITH_O: Final = re.compile(r"[ \t/]*(N\d+O0*)(?!\w)", re.IGNORECASE)
 #: Lines that are looked at.
 _HEADER_LINES: Final = 200
-#: ``%`` and a program number, which may lack its O or have another key in its place, or such a number alone in its
-#: line.
+#: ``%``, for which another key may stand, and a program number, which may lack its O or have another key in its place,
+#: or such a number alone in its line.
 _OPENING: Final = re.compile(
-    rb"\s*(?:%[^\n]*\n\s*){1,2}(?:\([^()\n]*\)\s*\n\s*){0,9}"
+    rb"\s*(?:(?:%[^\n]*|[^\s(;/NGMTXYZO][ \t\r]*)\n\s*){1,2}(?:\([^()\n]*\)\s*\n\s*){0,9}"
     rb"(?:(?:(?:[OIKLP]{1,2}|[0-9]O)?[0-9 \t]+|O[ \t]*)(?=\(|\r?\n)"
     rb"|[O:]\s*[0-9]++(?![ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT)))|"
     rb"\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n|$)",
@@ -63,6 +63,9 @@ _OWN_CODES: Final = re.compile(
 _FANUC_ONLY: Final = re.compile(
     rb"(?<![A-Z])G0*(?:6[56][ \t]*P[0-9]|5\.1[ \t]*Q[01]|[58][ \t]*P[0-9]+[ \t\r]*(?:[(;\n]|$))", re.IGNORECASE
 )
+#: Of these, which RS274/NGC does not have, several need no header: its line may be lost.
+_UNKNOWN_CODES: Final = re.compile(rb"(?<![A-Z])G0*(?:68\.2|53\.1|54\.1|69)(?![0-9.])", re.IGNORECASE)
+_ENOUGH_CODES: Final = 2
 #: G43.4 and G43.5, which RS274/NGC has here too, outweigh its words as those do, but not its G64 P.
 _SHARED_CODES: Final = re.compile(rb"(?<![A-Z])G0*43\.[45](?![0-9.])", re.IGNORECASE)
 #: A path tolerance: G64 of Fanuc has no words.
@@ -93,6 +96,8 @@ def find_sign(begin: bytes) -> str:
     opening = _OPENING.match(head)
     if opening is None:
         own = _FANUC_ONLY.search(without_comments)
+        if own is None and len(codes := list(_UNKNOWN_CODES.finditer(without_comments))) >= _ENOUGH_CODES:
+            own = codes[0]
         return "" if own is None or _OTHER_CODES.search(head) else _show(own.group())
     if _HERE.search(without_comments) and not _ADDITIONAL_CODE.search(without_comments):
         return ""  # G10 L20 is an origin of G54.1 there, and the present place in RS274/NGC

@@ -75,6 +75,9 @@ class Flow:
         if first != line:
             text = f"O{o.label} appears twice, first in line {first}: take one of them out, or give one another number"
             raise ProgramError("VP023", text, o.reader.find_column(o.label_at - 1)).advise(GIVE_NUMBER)
+        recorder = self.interpreter.recorder
+        if frame.label is None and recorder.given_up_line and not recorder.count:
+            return  # the % before it is misspelt
         if frame.label is None:
             end, text = "M30", f"the program runs on into O{o.label}; write M30 or M2 before it"
         else:

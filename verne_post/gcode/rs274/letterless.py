@@ -69,6 +69,7 @@ def refuse_letterless(text: str) -> None:
             letters = "MO" if len(digits.lstrip("0")) == 1 else "MG" if digits in _ENDS else "GO"
             such = " or ".join(f"{letter}{digits}" for letter in letters)
             text = f"{digits}: a number without a letter before it; write its letter, such as {such}"
+            text += "; or % if the program begins here" if digits == "5" else ""  # on the same key
             raise ProgramError("VP001", text, match.start(1) + 1)
         meaning = f"did you mean O{digits.removeprefix('0').strip()}?"
         raise ProgramError("VP001", f"{digits}: a number without a letter before it; {meaning}", match.start(1) + 1)

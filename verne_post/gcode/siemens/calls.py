@@ -7,6 +7,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from verne_post.base.printable import join_names
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import NAME, Cursor
@@ -47,7 +48,7 @@ class Procedure(Struct, frozen=True):
     line: int
     parameters: tuple[Parameter, ...] = ()
     save: bool = False
-    headless_line: int = 0  #: The first line, where it has values as a PROC line and no PROC.
+    is_missing: bool = False  #: The subprogram has no PROC line.
 
 
 class Repeat(Struct):
@@ -136,9 +137,12 @@ class Library:
         return None
 
 
-#: A PROC line without PROC.
+#: A name, and the type of a value, between which the bracket is missing.
+_TYPE_BEHIND_NAME: Final = re.compile(r"(\w+)(?:VAR|REAL|INT|BOOL|STRING|CHAR|AXIS)")
+#: A PROC line without PROC, or with another word in its place.
 _HEADLESS: Final = re.compile(
-    r"[ \t]*(?:N\d+[ \t]*)?[A-Z_]\w*[ \t]*\([ \t]*(?:VAR|REAL|INT|BOOL|STRING|CHAR|AXIS)\b", re.I
+    r"[ \t]*(?:N\d+[ \t]*)?(?:([^ \t(;]+)[ \t]+)?([A-Z_]\w*)[ \t]*\([ \t]*(?:VAR|REAL|INT|BOOL|STRING|CHAR|AXIS)\b",
+    re.I,
 )
 
 
@@ -151,16 +155,47 @@ def read_procedure(section: Section) -> Procedure:
         match = _PROC.match(text)
         try:
             if match is None:
-                return Procedure(line - 1, headless_line=line if _HEADLESS.match(text) else 0)
+                _refuse_headless(text)
+                return Procedure(line - 1, is_missing=True)
+            _check_name(Cursor(text, match.end()), section.name)
             return _read_proc(Cursor(text, match.end()), line)
         except ProgramError as error:
             error.line = line
             raise
-    return Procedure(section.first - 1)
+    return Procedure(section.first - 1, is_missing=True)
+
+
+def _refuse_headless(text: str) -> None:
+    """Refuse a PROC line in which PROC is misspelt (VP002), glued to the name, or missing (VP001)."""
+    match = _HEADLESS.match(text)
+    if match is None:
+        return
+    word, name = match[1], match[2]
+    if word is not None:
+        message = f"{word}: values of a subprogram stand behind PROC and its name; did you mean PROC?"
+        raise ProgramError("VP002", message, match.start(1) + 1)
+    if name[:4].upper() == "PROC" and len(name) > len("PROC"):
+        message = f"{name}: a blank is missing; did you mean PROC {name[4:]}?"
+        raise ProgramError("VP001", message, match.start(2) + 1)
+    message = f"{name}: PROC is missing before the name of the subprogram; did you mean PROC {name}?"
+    raise ProgramError("VP001", message, match.start(2) + 1)
+
+
+def _check_name(cursor: Cursor, called_name: str) -> None:
+    """Refuse (VP001) a name behind PROC that is a slip of the one by which the subprogram is called."""
+    at, name = cursor.at, cursor.name()
+    if name is not None and name != called_name and find_meant(name, [called_name], slip_alone=True):
+        raise cursor.error("VP001", f"{name}: the subprogram begins as {called_name}; did you mean {called_name}?", at)
 
 
 def _read_proc(cursor: Cursor, line: int) -> Procedure:
-    cursor.name()
+    cursor.skip()
+    at = cursor.at
+    glued = _TYPE_BEHIND_NAME.fullmatch(cursor.name() or "")
+    if glued is not None and cursor.peek_name() is not None and ")" in cursor.text:
+        written_text, end = cursor.text[at : at + glued.end()], glued.end(1)
+        right = f"{written_text[:end]}({written_text[end:]}"
+        raise cursor.error("VP001", f"{written_text}: a ( is missing; did you mean {right}?", at)
     found: list[Parameter] = []
     if cursor.take("(") and not cursor.take(")"):
         while True:
@@ -217,14 +252,9 @@ def bind_arguments(call: Call, procedure: Procedure, variables: Variables) -> tu
     """The variables that a call begins with, and which of them set the caller's."""
     arguments = call.arguments or ()
     arguments = () if len(arguments) == 1 and not arguments[0].text.strip() else arguments
-    if arguments and (head := procedure.headless_line):
-        raise ProgramError(
-            "VP023",
-            f"PROC is missing before {call.name}(...) in line {head}, so the subprogram takes no values; here are "
-            f"{len(arguments)}; write PROC {call.name}(...) there",
-            call.column,
-            edits=(Remedy(f"write PROC {call.name}", f"PROC {call.name}", line=head, misspelt=call.name),),
-        )
+    if arguments and procedure.is_missing:
+        text = f"{call.name} has no PROC line, so it takes no values, and its call gives {len(arguments)}; write PROC "
+        raise ProgramError("VP023", f"{text}{call.name}(...), with a type and a name for each, as its first line")
     if len(arguments) > len(procedure.parameters):
         raise ProgramError(
             "VP023",

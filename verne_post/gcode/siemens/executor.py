@@ -54,7 +54,7 @@ _MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 _LONE_M: Final = re.compile(r"(?<![A-Z0-9_$])M(?:0?6)?(?=[ \t]|$)")
 _SET_R: Final = re.compile(r"(?<![\w$])R(\d{1,5})[ \t]*=(?!=)")
-_SET_VALUE: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:R\d|\w+[ \t]*=)")
+_SET_VALUE: Final = re.compile(r"[ \t]*+(?:N\d++[ \t]*+)?(?:R\d|\w++[ \t]*+=)")
 #: What ends the cycle of MCALL.
 _END_MODAL: Final = "write MCALL alone"
 

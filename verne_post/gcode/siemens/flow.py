@@ -1,5 +1,6 @@
 """The order of lines in a Siemens program: jumps, branches, loops, repeated stretches, subprograms, and bounds."""
 
+import math
 import re
 from collections.abc import Callable
 from typing import Final
@@ -27,9 +28,10 @@ from verne_post.gcode.siemens.contour_milling import ContourMilling, build_conto
 from verne_post.gcode.siemens.cursor import NAME, Cursor
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.executor import Executor
+from verne_post.gcode.siemens.headers import find_meant_header
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
 from verne_post.gcode.siemens.milling import MODAL_MILLING
-from verne_post.gcode.siemens.program import Section, SiemensText, split_line
+from verne_post.gcode.siemens.program import Section, SiemensText, refuse_header, split_line
 from verne_post.gcode.siemens.values import read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
@@ -37,6 +39,10 @@ from verne_post.model.findings import Remedy
 
 #: Alarms of SETAL that stop a program; others are only shown.
 _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
+#: A letter whose key is beside that of N before a number at the beginning of a line, and a block number.
+_NEAR_N: Final = re.compile(r"[ \t]*([BHJM])(\d{2,9})(?=[ \t])", re.IGNORECASE)
+_BLOCK_NUMBER: Final = re.compile(rb"[ \t]*N[ \t]*(\d{1,9})", re.IGNORECASE)
+_SECOND_LINE: Final = 2
 #: F with an expression.
 _FEED: Final = re.compile(r"(?<!\w)F[ \t]*=[ \t]*([^ \t]+)", re.IGNORECASE)
 
@@ -86,10 +92,13 @@ class Flow:
             try:
                 self._execute(Cursor(item.text, item.begin), line)
             except ProgramError as error:
+                self._refuse_misspelt_number(item.text, text, line)
                 name = error.settled_by[1] if error.settled_by[:1] == ("remap",) else ""
                 if name and text.is_target(name) and (bare := text.find_bare_label(name)) is not None:
                     raise bare from None
-                if name and (header := text.find_misspelt_header(name)) is not None:
+                if not name and error.code == "VP002" and (correction := find_correction(error.message)) is not None:
+                    name = correction[0].upper()
+                if NAME.fullmatch(name) and (header := text.find_misspelt_header(name)) is not None:
                     raise header from None
                 missing = self.calls.frame.missing if text is self.calls.text else None
                 if missing is not None and self._is_of_missing(error, missing, raw, line):
@@ -101,6 +110,18 @@ class Flow:
         if not self.has_ended and self.calls.text is text:
             end_stretch(self, line)
         self.repeats.count(text, line, line, self.executor.move_count - moves)
+
+    @staticmethod
+    def _refuse_misspelt_number(line_text: str, text: SiemensText, line: int) -> None:
+        """Refuse (VP001) M120 that stands for N120, as the numbers above and below show, in a line with an error."""
+        match = _NEAR_N.match(line_text)
+        if match is None or line < _SECOND_LINE:
+            return
+        numbers = [_BLOCK_NUMBER.match(text.read_line(number)) for number in (line - 1, line + 1)]
+        above, below = (None if one is None else int(one[1]) for one in numbers)
+        if above is not None and above < int(match[2]) < (below or math.inf):  # none below the last one
+            message = f"{match[1]}{match[2]}: a block number begins with N; did you mean N{match[2]}?"
+            raise ProgramError("VP001", message, match.start(1) + 1) from None
 
     def _is_of_missing(self, error: ProgramError, missing: MissingValues, raw: bytes, line: int) -> bool:
         """Whether a missing value of the call leads to an error: with other values the line has none, or another one.
@@ -141,6 +162,10 @@ class Flow:
         symbol = cursor.skip()
         if symbol == "":
             return
+        if symbol == "%" or line == self.calls.frame.section.first or "_N_" in cursor.text:
+            right = find_meant_header(cursor.text, is_first=self.calls.in_main and not self.calls.in_call)
+            if right:
+                raise refuse_header(cursor.text, right)
         if symbol == "%":
             if line not in (self.calls.frame.section.first, self.calls.frame.section.last):
                 raise cursor.error("VP001", "'%' begins a program; a file with several has lines such as %_N_NAME_SPF")
@@ -256,7 +281,13 @@ class Flow:
                 raise
             where = f"PROC of {section.name}, line {error.line}"
             raise ProgramError(error.code, f"{where}: {error.message}", call.column).advise(error.advice) from None
-        scope, results = bind_arguments(call, procedure, executor.variables)
+        try:
+            scope, results = bind_arguments(call, procedure, executor.variables)
+        except ProgramError as error:
+            if error.column is None and section.text is self.calls.main:
+                error.line, error.of_program = section.first, True
+            error.column = error.column or (None if error.line else call.column)
+            raise
         executor.record_event(self.calls.show(line), "call", label=section.name)
         saved_modes = executor.modes.copy() if procedure.save else None
         kept_scope = copy_scope(scope) if repeats > 1 else {}

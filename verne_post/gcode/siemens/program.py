@@ -11,9 +11,10 @@ from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, write_before
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import NAME, strip_zeros
+from verne_post.gcode.siemens.headers import find_meant_header
 from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line, take_code
 from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
 from verne_post.model.findings import Remedy
@@ -26,8 +27,10 @@ _PREFIX: Final = re.compile(
     r"\t]*+(?:(?P<label>[A-Za-z_][A-Za-z0-9_]*)[ \t]*+:(?!=))?",
     re.IGNORECASE,
 )
+#: A block number may have a slip, which is told in its line.
 _BEGINS: Final = (
-    rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+(?:[A-Z_][A-Z0-9_]*[ \t]*+:(?!=)[ \t]*+)?"
+    rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+|(?=\w{0,8}[0-9])\w{1,9}(?=[ \t]))?[ \t]*+"
+    rb"(?:[A-Z_][A-Z0-9_]*[ \t]*+:(?!=)[ \t]*+)?"
 )
 _STRUCTURE: Final = re.compile(
     _BEGINS + rb"(IF|ELSE|ENDIF|FOR|ENDFOR|WHILE|ENDWHILE|LOOP|ENDLOOP|REPEAT|UNTIL)(?![A-Z0-9_])([^\n]*)",
@@ -41,8 +44,13 @@ _LABEL: Final = re.compile(
 )
 #: A line of this name alone, and a jump to it.
 _BARE_LABEL: Final = rb"^[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+(%s)[ \t\r]*(?:;[^\n]*)?$"
-#: A line that begins with % or its letters, and has the name of a program in it.
-_MISSPELT_HEADER: Final = rb"^[ \t]*+([%%_]\w*%s\w*)[ \t\r]*$"
+#: A line of one word that has this name in it.
+_LINE_WITH_NAME: Final = rb"^[ \t]*+([^ \t\r\n]{0,9}%s[^ \t\r\n]{0,9})[ \t\r]*$"
+#: The line that begins the subprogram whose PROC line has this name.
+_HEADER_ABOVE_PROC: Final = (
+    rb"^[ \t]*+%%_N_(\w+)_SPF[ \t]*+\r?\n(?:[ \t]*+(?:;[^\n]*+)?+\r?\n)*+[ \t]*+(?:N\d+[ \t]*+)?PROC[ \t]+%s(?!\w)"
+)
+_PROC_LINE: Final = rb"^[ \t]*+(?:N\d+[ \t]*+)?(PROC)[ \t]+%s(?!\w)"
 _TARGET: Final = rb"(?<![A-Z0-9_])GOTO[FBC]?[ \t]+%s(?![A-Z0-9_])"
 _NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
 _JUMPS: Final = re.compile(rb"(?<![A-Z0-9_])GOTO[FBCS]?(?![A-Z0-9_])", re.IGNORECASE)
@@ -107,6 +115,13 @@ def _put_vectors(text: bytes) -> bytes:
     put_text = bytes(characters)
     # as few are written with blanks, these are looked for one by one
     return put_text if is_vector.all() else _VECTOR.sub(lambda match: bytes([_STANDS_FOR[match[1][0]]]), put_text)
+
+
+def refuse_header(text: str, right: str, line: int | None = None) -> ProgramError:
+    """The error of a line that is meant for another one, with which a program begins."""
+    wrong = text.strip()
+    message = f"{wrong}: no program begins with this line; did you mean {right}?"
+    return ProgramError("VP001", message, text.index(wrong) + 1, line)
 
 
 class SiemensLanguage(Language):
@@ -231,14 +246,27 @@ class SiemensText(ProgramText):
         return ProgramError("VP001", f"{name}: a label ends with a colon; write {name}:", column, line, edits=edits)
 
     def find_misspelt_header(self, name: str) -> ProgramError | None:
-        """The error of a line that would begin the subprogram of this name, such as %_NFACE_SPF; None without one."""
-        match = re.search(_MISSPELT_HEADER % name.encode(), self.source, re.IGNORECASE | re.MULTILINE)
-        if match is None or _HEADER.match(match[0]):
-            return None
-        line = 1 + self.source.count(b"\n", 0, match.start())
-        wrong, right = match[1].decode(), f"%_N_{name}_SPF"
-        column = match.start(1) - match.start() + 1
-        return ProgramError("VP001", f"{wrong}: no program begins with this line; did you mean {right}?", column, line)
+        """The error of a line that would begin the subprogram of this name, such as %_NFACE_SPF; None without one.
+
+        A slip in the name shows where the PROC line below has it right.
+        """
+        for match in re.finditer(_LINE_WITH_NAME % name.encode(), self.source, re.IGNORECASE | re.MULTILINE):
+            if find_meant_header(match[1].decode(errors="replace"), is_first=False) == f"%_N_{name}_SPF":
+                line = 1 + self.source.count(b"\n", 0, match.start())
+                return refuse_header(decode_line(match[0]), f"%_N_{name}_SPF", line)
+        above = re.search(_HEADER_ABOVE_PROC % name.encode(), self.source, re.IGNORECASE | re.MULTILINE)
+        if above is not None and above[1].decode().upper() != name:
+            line = 1 + self.source.count(b"\n", 0, above.start())
+            wrong = f"%_N_{above[1].decode()}_SPF"
+            message = f"{wrong}: the PROC line below it begins {name}; did you mean %_N_{name}_SPF?"
+            return ProgramError("VP001", message, above.start(1) - above.start() - 3, line)
+        proc = re.search(_PROC_LINE % name.encode(), self.source, re.IGNORECASE | re.MULTILINE)
+        if proc is not None and self.find_section(name) is None:
+            line, right = 1 + self.source.count(b"\n", 0, proc.start()), f"%_N_{name}_SPF"
+            message = f"PROC {name}: no subprogram begins here without the line {right} before it; write that line"
+            column = proc.start(1) - proc.start() + 1
+            return ProgramError("VP001", message, column, line, edits=write_before(right, line=line))
+        return None
 
     def is_target(self, name: str) -> bool:
         """Whether a jump of the text names this label."""

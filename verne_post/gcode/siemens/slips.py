@@ -41,6 +41,12 @@ _GLUED_WORD: Final = re.compile(r"(\w+?)([A-Z]\d+)")
 _AFTER_EQUALS: Final = re.compile(r"=[ \t]*([XYZABCIJKFS])(?=[-+.\w(])([^\s=]*)", re.IGNORECASE)
 #: Two words of letters, with which a remark begins.
 _WORDS: Final = re.compile(r"([A-Za-z]{2,}:?)[ \t]+(?:[-(&][ \t]*)?([A-Za-z]{2,})(?![\w=(\[]|[ \t]*[=(\[])")
+#: Of CYCLE832; CYCLE83, which a digit may follow where its bracket is missing, has more.
+_VALUES_OF_832: Final = 4
+#: A word, and the blank that belongs behind the digit after it.
+_WORD_BEFORE_DIGIT: Final = re.compile(r"([A-Z][-+]?\d+)[ \t]$", re.IGNORECASE)
+#: A component of a tool axis, its sign, and the = that is missing between them, or stands behind the sign.
+_SIGNED_VECTOR: Final = re.compile(r"([ABC]3)([-+])(=?)(\d+\.?\d*|\.\d+)(?![\w.])", re.IGNORECASE)
 #: Letters of a name that others may be glued to.
 _LEAST: Final = 3
 
@@ -60,6 +66,11 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
     if swapped_word is not None and (swapped_word[2].upper() in ADDRESSES or swapped_word[2].upper() in "GMN"):
         right = f"{swapped_word[2]}{swapped_word[1]}{swapped_word[3]}"
         if not right.endswith(("+", "-")):
+            word = _WORD_BEFORE_DIGIT.search(text[:at])
+            value = re.compile(r"[-+]?\d*\.?\d*").match(text, swapped_word.end() - len(swapped_word[3]))
+            is_moved = swapped_word[1] == "0" if swapped_word[3] else swapped_word[1].isdigit()
+            if word is not None and is_moved and value is not None and value[0].strip("+-."):
+                return _refuse_moved_blank(cursor, word, swapped_word, value[0])
             text = f"{swapped_word[0]}: the letter stands before its number; "
             if swapped_word[2].upper() in "GM":  # 2G0 may be G0 behind a number without its letter
                 edits = (Remedy(f"write {right}", right, misspelt=swapped_word[0], is_choice=True),)
@@ -72,6 +83,11 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         return cursor.error("VP001", text, at, edits)
     if number is None and (error := explain_equals(cursor, at, is_variable)) is not None:
         return error
+    vector = _SIGNED_VECTOR.match(text, max(at - 2, 0))
+    if vector is not None and vector.start(2) == at:
+        what = "the = stands before the sign" if vector[3] else "an = is missing"
+        meaning = f"{what}; did you mean {vector[1]}={vector[2]}{vector[4]}?"
+        return cursor.error("VP001", f"{vector[0]}: {meaning}", vector.start())
     if rest[0] in "+-" and (signed_number := NUMBER.match(text, at + 1)) is not None:
         return cursor.error("VP001", f"{rest[0]}{signed_number[0]}: the letter before this number is missing", at)
     if number is None:
@@ -100,6 +116,19 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at)
     edits = (Remedy(f"write {right}", right, misspelt=written_text, is_choice=True),)
     return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at, edits)
+
+
+def _refuse_moved_blank(cursor: Cursor, word: re.Match[str], swapped_word: re.Match[str], value: str) -> ProgramError:
+    """The error of N4 0S3000: the blank and the 0 have changed places; in S120 0M3 the 0 may be that of M03, too."""
+    letter, digit = swapped_word[2], swapped_word[1]
+    written_text, right = f"{word[0]}{digit}{letter}{value}", f"{word[1]}{digit} {letter}{value}"
+    if letter.upper() not in "GMTD" or digit != "0":
+        text = f"{written_text}: a blank and a digit have changed places; did you mean {right}?"
+        return cursor.error("VP001", text, word.start())
+    other = f"{word[0]}{letter}{digit}{value}"
+    edits = tuple(Remedy(f"write {one}", one, misspelt=written_text, is_choice=True) for one in (right, other))
+    text = f"{written_text}: two characters have changed places; {right} or {other}{MAY_BE_MEANT}"
+    return cursor.error("VP001", text, word.start(), edits)
 
 
 def refuse_no_value(cursor: Cursor, name: str, at: int) -> None:
@@ -228,9 +257,12 @@ def find_lost_bracket(cursor: Cursor, at: int, is_subprogram: Callable[[str], bo
     name = NAME.match(rest)
     if name is None or code.count(")") != code.count("(") + 1:
         return None
-    for end in range(min(name.end(), _LONGEST_NAME), 1, -1):
+    ends = range(min(name.end(), _LONGEST_NAME), 1, -1)
+    for end in sorted(ends, key=lambda end: not is_subprogram(rest[:end].upper())):  # SLOT of the program before SLOT1
         known_name = rest[:end].upper()
         value = rest[end:].lstrip(" \t")
+        if known_name == "CYCLE832" and value.count(",") >= _VALUES_OF_832:
+            continue  # CYCLE83 and its first value
         if value and (known_name in CYCLES or known_name in NO_EFFECT or is_subprogram(known_name)):
             first = re.split(r"[,)]", value, maxsplit=1)[0]
             written_text = rest[: len(rest) - len(value) + len(first)]

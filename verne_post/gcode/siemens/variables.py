@@ -4,7 +4,14 @@ from typing import Final, Protocol
 
 from msgspec import Struct, field
 
-from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
+from verne_post.base.suggestions import (
+    LETTERS_OF_FUNCTIONS,
+    MAY_BE_MEANT,
+    find_meant,
+    find_suggestion,
+    name_near_numbers,
+    suggest,
+)
 from verne_post.gcode.mistyped import MEANT_CHARACTERS
 from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError, write_meant
 from verne_post.gcode.siemens.cursor import NAME, NUMBER, Cursor
@@ -104,6 +111,8 @@ class Variables(Struct):
             raise cursor.error("VP025", joined_name, at)
         if variable is None:
             near = suggest(name, *({*scope} for scope in reversed(self.scopes)))
+            if len(name) == 1 and near:  # NR for N may be right, and N*R3 is nearly NR*3
+                near = f"; {find_suggestion(near)}{MAY_BE_MEANT}"
             near = near or (f"; did you mean _{name}?" if f"_{name}" in CONSTANTS else "")
             define = f"; if it is one of the machine's builder, write its value on top: DEF REAL {name}=0"
             text = f"{name} is neither defined (DEF) nor a function or variable that is known here{near or define}"

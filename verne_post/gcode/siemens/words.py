@@ -15,7 +15,7 @@ from verne_post.base.suggestions import (
     suggest,
 )
 from verne_post.gcode.codes import REMAP_GIVES
-from verne_post.gcode.mistyped import OF_ALL_MOVES, explain_unknown
+from verne_post.gcode.mistyped import MEANT_CHARACTERS, OF_ALL_MOVES, explain_unknown
 from verne_post.gcode.program_error import DOUBLE_EQUALS, GIVE_FILE, ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.slips import (
@@ -238,6 +238,11 @@ class WordReader:
             if message := explain_glued(name, cursor.text, at, self.variables.is_known):
                 raise cursor.error("VP001", message, at)
             if explain_refusal(name) is None and (len(name) == 1 or not name[1:].isdigit()):
+                written_name = cursor.text[at : at + len(name)]
+                digits = written_name[1:].translate(MEANT_CHARACTERS)
+                if name[0] == "R" and digits.isdecimal():
+                    text = f"{written_name}: a letter in the number; did you mean {written_name[0]}{digits}?"
+                    raise cursor.error("VP001", text, at)
                 near = suggest(name, *({*scope} for scope in reversed(self.variables.scopes)), ADDRESSES)
                 text = f"{name}: not defined (DEF), and no address of this language{near}"
                 raise cursor.error("VP002", text, at)
@@ -310,7 +315,9 @@ class WordReader:
         elif letter == "M":
             words.m.append((number, at + 1))
         elif (why := explain_refusal(name)) is not None:
-            raise cursor.error("VP002", f"{name} is not executed ({why})", at)
+            is_number_with_l = cursor.text[cursor.at : cursor.at + 1] == "l"
+            number_with_l = refuse_l(cursor, cursor.at) if is_number_with_l else None
+            raise number_with_l or cursor.error("VP002", f"{name} is not executed ({why})", at)
         else:
             self._add_function(words, name, cursor, at)
 
@@ -484,6 +491,8 @@ class WordReader:
         if len(name) > 1 and name in ADDRESSES and (number := _SIGNED_NUMBER.match(cursor.text, cursor.at)) is not None:
             written_word = cursor.text[at : number.end()]
             return cursor.error("VP001", f"{written_word}: an = is missing; did you mean {name}={number[0]}?", at)
+        if name == "L" and (number_with_l := refuse_l(cursor, at)) is not None:
+            return number_with_l
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             wanted_text = "'=' and a value" if len(name) > 1 and name in ADDRESSES else "'=' or a number"
             return cursor.error("VP001", f"{name}: expected {wanted_text} after it", at)

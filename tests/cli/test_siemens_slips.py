@@ -1,0 +1,113 @@
+"""Slips of typing in a Siemens program: the word that is marked, what is named, and the edit that mends it."""
+
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pygls", reason="needs the extra lsp")
+
+from tests.cli.test_quick_fixes import NEVER, inspector, look
+from verne_post.cli.lsp.inspector import Inspector
+
+__all__ = ["inspector"]
+
+SETUP = "tool_length = 80\n[wcs]\nG54 = [0, 0, 60]\n"
+PROGRAM = """N10 G17 G54 G90 G94 G710
+N20 T="MILL" D1
+N30 M6
+N40 S12000 M3
+N50 TRAORI
+N60 G0 A3=0 B3=0 C3=1
+N70 X-20 Y-15 Z40
+N80 G1 Z6.1 F800
+N90 X-10 A3=0.08 B3=-0.05 C3=0.99554
+N100 G0 A3=0 B3=0 C3=1
+N110 Z40
+N120 TRAFOOF
+N130 R1=2
+N140 WHILE R1>0
+N150 SLOT(12.5,R1)
+N160 R1=R1-1
+N170 ENDWHILE
+N180 F200
+N190 MCALL CYCLE83(20,0,2,-3,,-1,,0.5,0.5,0.5,1,0)
+N200 X-10
+N210 MCALL
+N220 MSG("END")
+N230 M30
+%_N_SLOT_SPF
+PROC SLOT(REAL LEN, REAL NR)
+G0 Z12
+X=-LEN Y=NR*3
+RET
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("CYCLE83(20", "CYCLE8320", "a ( is missing"),
+        ("SLOT(REAL", "SLOTREAL", "a ( is missing"),
+        ("SLOT(12.5", "SLOT12.5", "a ( is missing"),
+        ("N40 S12000", "N4 0S12000", "a blank and a digit have changed places"),
+        ("Z6.1", "Z6.l", "the letter l in a number"),
+        ("N90 X-10", "J90 X-10", "a block number begins with N"),
+        ("N170 ENDWHILE", "M170 ENDWHILE", "a block number begins with N"),
+        ("N220 MSG", "B220 MSG", "a block number begins with N"),
+        ("N230 M30", "M230 M30", "a block number begins with N"),
+        ("R1=R1-1", "Rl=R1-1", "a letter in the number"),
+        ("G710", "G7l0", "the letter l in a number"),
+        ("B3=-0.05", "B3-0.05", "an = is missing"),
+        ("B3=-0.05", "B3-=0.05", "the = stands before the sign"),
+        ("X-20 Y-15", "X-2 0Y-15", "a blank and a digit have changed places"),
+    ],
+)
+def test_a_slip_is_marked_and_its_edit_gives_the_program_back(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    assert PROGRAM.count(right) == 1
+    text = PROGRAM.replace(right, wrong)
+    message, marked, made = look(inspector, tmp_path / "a.mpf", text, SETUP)
+    assert said in message
+    assert wrong.startswith(marked.split()[0]) or marked.split()[0] in wrong
+    assert (PROGRAM, True) in [made_text[1:] for made_text in made.values()]
+
+
+def test_a_zero_before_m3_is_that_of_the_speed_or_of_the_code(inspector: Inspector, tmp_path: Path) -> None:
+    text = PROGRAM.replace("S12000 M3", "S1200 0M3")
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", text, SETUP)
+    assert message.endswith("S12000 M3 or S1200 M03 may be meant")
+    assert sorted((made_text == PROGRAM, settles) for _path, made_text, settles in made.values()) == [
+        (False, False),
+        (True, False),
+    ]
+
+
+def test_a_name_of_one_letter_has_no_edit(inspector: Inspector, tmp_path: Path) -> None:
+    """NR*R3 was written for N*R3, which NR*3 was: a legal program that goes elsewhere."""
+    message, marked, made = look(inspector, tmp_path / "a.mpf", PROGRAM.replace("NR*3", "N*R3"), SETUP)
+    assert message.endswith("; NR may be meant")
+    assert (marked, made) == ("N", {})
+
+
+def test_a_lost_proc_line_is_told_where_it_was(inspector: Inspector, tmp_path: Path) -> None:
+    text = PROGRAM.replace("PROC SLOT(REAL LEN, REAL NR)\n", "")
+    found = inspector.check(path := tmp_path / "a.mpf", {path: text, Path(f"{path}.toml"): SETUP}, NEVER)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert (item.code, item.line) == ("VP023", text.split("\n").index("G0 Z12") + 1)
+    assert "SLOT has no PROC line" in item.message
+
+
+def test_a_wrong_block_number_of_an_end_leaves_its_loop_closed(inspector: Inspector, tmp_path: Path) -> None:
+    message, _marked, _made = look(inspector, tmp_path / "a.mpf", PROGRAM.replace("N170 END", "N17p END"), SETUP)
+    assert "WHILE is never closed" not in message
+
+
+def test_a_long_number_before_a_word_takes_no_time(inspector: Inspector, tmp_path: Path) -> None:
+    """Every digit was a place from which the rest of the line was read again: 40 s."""
+    path = tmp_path / "a.mpf"
+    text = PROGRAM.replace("N170 ENDWHILE", f"N1{'2' * 30_000}p ENDIF")
+    begin = time.perf_counter()
+    assert inspector.check(path, {path: text, Path(f"{path}.toml"): SETUP}, NEVER).findings
+    assert time.perf_counter() - begin < 5.0
