@@ -143,6 +143,10 @@ def test_a_word_that_controls_understand_differently_has_each_meaning() -> None:
         ("RND R2 F100", "F100", "of this rounding alone"),
         ("CYCLE81(10,0,2,-5)", "-5", "DP of CYCLE81: final depth"),
         ("M98 P1000 L3", "L3", "how often"),
+        ("G96 S200", "S200", "speed of the surface"),
+        ("M140 MB5 F300", "F300", "of the retract of M140 alone"),
+        ("PLANE RESET TURN F500", "F500", "of the turn of the rotary axes"),
+        ("CYCL DEF 8.1 X", "X", "mirror image of this axis"),
         ("REPEAT A_L P=3", "P=3", "how often the lines run"),
     ],
 )

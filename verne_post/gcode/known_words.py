@@ -74,7 +74,7 @@ _LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])[-+]?(?:\d+\.?\d*
 #: Zeros before the number of a word: M03, G05.1, FN 09.
 _ZEROS: Final = re.compile(r"^([A-Z#]|Q[LRS]|FN |CYCL DEF )0+(?=\d)")
 #: What a program writes behind the number of a cycle: .0, and its name.
-_BEHIND_CYCLE: Final = re.compile(r"^(CYCL DEF \d+)(?:\.\d+)?(?: [^\d+#~]*)?$")
+_BEHIND_CYCLE: Final = re.compile(r"^(CYCL DEF \d+)(?:\.\d+)?(?: (?![XYZABC]\b)[^\d+#~]*)?$")
 #: A sign or = before the value of a word: SEQ-, A3=.
 _SIGN: Final = re.compile(r" ?[-+=]$")
 #: What the line above the kinds of PLANE says.
@@ -218,7 +218,7 @@ def describe_word(word: str) -> list[str]:
             f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
             for language, known_word, text, is_executed in list_words()
             if name.startswith(f"{known_word} ")
-            and not re.search(r"\d", name)  # else a line, whose words are told each
+            and not re.search(r"[\d\"]", name)  # else a line, whose words are told each
             and (not is_executed or re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text))
         ]
     )

@@ -176,6 +176,7 @@ OF_LETTERS: Final[Mapping[str, Mapping[str, Mapping[str, str]]]] = {
     "heidenhain": {
         "TOOL CALL": dict.fromkeys("XYZ", "tool axis"),
         "BLK FORM": dict.fromkeys("XYZ", "axis, or corner, of the stock"),
+        "PATTERN DEF": {**dict.fromkeys("XY", "place of the pattern: {}"), "Z": "surface of the holes: {}"},
         "CC": dict.fromkeys("XYZ", "pole and centre: {}"),
         "CR": {"R": _RADIUS},
         "RND": {"R": "radius of the rounding: {}"},
@@ -409,7 +410,5 @@ WORDS_OF_STATEMENTS: Final[Mapping[str, Mapping[str, str]]] = {
         "ROT": "turn of the whole pattern",
         "ROTX": "turn of columns",
         "ROTY": "turn of rows",
-        "(": "its values begin",
-        ")": "its values end",
     },
 }

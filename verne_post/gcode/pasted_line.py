@@ -158,7 +158,8 @@ class _Reader:
         """The variables, functions and operators of an expression; raises :class:`UnreadWord` for what is none."""
         for match in _NAME.finditer(self.code, begin, end):
             name = match[0]
-            if name[0] == '"':
+            is_index = self.code[match.start() - 1] + self.code[match.end() : match.end() + 1] == "[]"
+            if name[0] == '"' or (is_index and self.dialect == "siemens"):  # of a system variable: $P_EP[X]
                 continue
             text = OF_EXPRESSIONS.get(self.language, {}).get(name, "") or self.describe_variable(name)
             if not text and self.dialect == "siemens":
@@ -197,6 +198,8 @@ class _Reader:
             else:
                 is_step = mode is not None and mode[1] == "IC"
                 text = shown_text.removesuffix(end).replace(" to ", " on by ", is_step) if mode else shown_text
+        elif name == "S" and re.search(r"G[ \t]*0*96(?![\d.])", self.code):
+            text = "speed of the surface, in m/min"
         elif name in ("F", "S") and text in ("feed rate", "spindle speed"):
             text = siemens.ADDRESSES[name]
         elif name in "PQLEKR" and (code := self._find_taking_code(name)) and (name != "R" or code[0] == "M"):
@@ -295,7 +298,10 @@ def _read_macro(r: _Reader) -> None:
             if keyword is not None:
                 r.add(keyword, OF_EXPRESSIONS[r.language][keyword[0]])
                 while value := r.take(_BRACKET):
-                    r.add(value, f"value of {keyword[0].lower()}")
+                    r.add(
+                        value,
+                        "condition" if keyword[0] in ("IF", "ELSEIF", "WHILE") else f"value of {keyword[0].lower()}",
+                    )
                     r.name_parts(*value.span())
         elif match := r.take(rf"({_MACRO_VARIABLE})[ \t]*=[ \t]*"):
             name = match[1]
@@ -467,6 +473,7 @@ def _read_declaration(r: _Reader, name: str) -> None:
 def _read_klartext(r: _Reader) -> None:
     r.take_word(r"/", _OF_SKIPPED_BLOCKS)
     r.take_word(r"\d+(?=[ \t]+\S)", "block number")
+    r.take_word(r"DECLARE[ \t]+STRING\b(?=[ \t]+QS)", "a text parameter follows")
     if r.take_word(r"\*.*|;.*", "a remark, or the title of a section; it moves nothing"):
         return
     if not (match := _take_statement(r)):
@@ -485,9 +492,16 @@ def _read_klartext(r: _Reader) -> None:
         r.take_word(r"MM|INCH", "unit of all lengths")
     elif name == "FN":
         _read_fn(r)
-    elif name in ("LBL", "CALL LBL", "CALL PGM", "TOOL CALL", "TOOL DEF", "CALL SELECTED PGM"):
-        whose = {"L": "label: its number or name", "P": "the program", "D": "tool: its number or name"}
-        what = whose["P" if name.endswith("PGM") else "L" if name.endswith("LBL") else "D"]
+    elif name in ("LBL", "CALL LBL", "CALL PGM", "SEL TABLE", "TOOL CALL", "TOOL DEF", "CALL SELECTED PGM"):
+        whose = {
+            "L": "label: its number or name",
+            "P": "the program",
+            "T": "the datum table",
+            "D": "tool: its number or name",
+        }
+        what = whose[
+            "T" if name == "SEL TABLE" else "P" if name.endswith("PGM") else "L" if name.endswith("LBL") else "D"
+        ]
         pattern = r"[^\s;~]+" if name == "CALL PGM" else r"\d+(?:\.\d+)?|QS?\d+"
         r.take_word(rf"{_TEXT}|{pattern}", what)
     elif name == "CYCL DEF":
@@ -567,7 +581,8 @@ def _read_cycle(r: _Reader) -> None:
     r.codes.append(name)
     if not re.compile(r"(?:ROT|SCL|F|V\.?ZEIT|DWELL)[ \t]*[-+\d]|[TPR]?I?[A-Z]?[ \t]*[-+\d#]|Q\d").match(r.code, r.at):
         r.take_word(
-            r"[A-Z][^\d~;=#]*?(?=[ \t]*(?:~|;|$)|[ \t]+(?:Q\d|[XYZABC][-+\d]))", "name of the cycle; it is a remark"
+            r"(?![XYZ](?!\w))[A-Z][^\d~;=#]*?(?=[ \t]*(?:~|;|$)|[ \t]+(?:Q\d|[XYZABC][-+\d]))",
+            "name of the cycle; it is a remark",
         )
 
 
@@ -589,12 +604,14 @@ def _read_klartext_word(r: _Reader, statement: str) -> None:
         pass
     elif own and (match := r.take(rf"({names})(?![A-Z])")):
         r.add(match, own[match[1]])
+    elif first == "PATTERN" and r.take(r"[()]"):
+        pass
     elif match := r.take(WORD_OF_KLARTEXT):
         _add_klartext_word(r, match, statement)
     elif statement in ("RND", "CHF", "CYCL DEF", "CALL LBL", "TRANS") and (match := r.take(_KLARTEXT_NUMBER)):
         r.add(match, {"RND": "radius", "CHF": "length on each line"}.get(statement, "its value"))
     elif first in _WITH_BARE_AXES and (match := r.take(r"[XYZ](?![\w+-])")):
-        r.add(match, "the tool axis" if statement[:4] in ("TOOL", "BLK ") else "this axis")
+        r.add(match, "the tool axis" if statement[:4] in ("TOOL", "BLK ") else "mirror image of this axis")
     else:
         raise r.refuse(f"a word of {statement or 'a block'}, such as X+10, F500, FMAX or M3")
 
@@ -613,6 +630,7 @@ def _add_klartext_word(r: _Reader, match: re.Match[str], statement: str) -> None
             text = "feed rate in mm/min, from here on and of F AUTO"
         elif name == "F":
             in_force = klartext.STATEMENTS["F"] if statement != "RND" else "feed rate of this rounding alone"
+            in_force = "feed rate of the turn of the rotary axes" if statement.startswith("PLANE") else in_force
             text = klartext.FEED_OF_FUNCTIONS.get(last, in_force)
         elif name == "R" and not statement:
             text = "radius"

@@ -138,7 +138,7 @@ FUNCTIONS: Final[Mapping[int, str]] = {
 #: M function -> what F directly behind it says, in place of the feed rate from this block on.
 FEED_OF_FUNCTIONS: Final[Mapping[str, str]] = {
     "M128": "belongs to M128, and has no effect: the feed rate in force stays",
-    "M140": "feed rate of the retract of M140, and of what follows",
+    "M140": "feed rate of the retract of M140 alone",
 }
 #: M function -> M codes of RS274/NGC, at the beginning of the block.
 AT_BEGIN: Final = {3: (3,), 4: (4,), 7: (7,), 8: (8,), 13: (3, 8), 14: (4, 8)}
