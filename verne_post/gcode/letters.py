@@ -275,7 +275,7 @@ OF_FORMULAS: Final[Mapping[str, str]] = {
     **OF_EXPRESSIONS["Siemens"],
     "SQ": "square",
     "INT": "whole part",
-    "FRAC": "part behind the point",
+    "FRAC": "part after the decimal point",
     "NEG": "other sign",
     "LOG": "logarithm to base 10",
     "SGN": "sign: -1, 0 or 1",

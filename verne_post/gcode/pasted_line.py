@@ -108,7 +108,7 @@ class _Reader:
         return self.at >= len(self.code)
 
     def take(self, pattern: str | re.Pattern[str]) -> re.Match[str] | None:
-        """What stands here, if it is that; the place is behind it then."""
+        """What stands here, if it is that; the place is after it then."""
         match = re.compile(pattern).match(self.code, self.at)
         if match is None or match.end() == self.at:
             return None

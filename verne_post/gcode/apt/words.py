@@ -143,7 +143,7 @@ WORDS_OF: Final[Mapping[str, Mapping[str, str]]] = {
         "PERPTO": "normal to",
         "INTOF": "which intersection",
         "TO": "the tool ends before it",
-        "PAST": "the tool ends behind it",
+        "PAST": "the tool ends past it",
     },
     **{key: {**_NO_MORE, "OFF": "ends it"} for key in ("TRACUT", "ORIGIN", "TRANS", "CSYS", "MSYS")},
     "TRNTYP": {"WORLD": "points are in the system of the part"},
