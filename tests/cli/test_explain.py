@@ -659,10 +659,19 @@ def test_what_is_neither_a_line_nor_a_code_nor_a_word(run: Callable[..., Any]) -
     answer = run("explain", "G1234")
     assert answer.code == 2
     assert "'G1234' is neither INPUT:LINE (part.nc:12) nor a finding code (VP102)" in " ".join(answer.err.split())
-    for word, near in (("VP999", "VP902"), ("vp33", "VP033"), ("CYCLE999", "CYCLE99"), ("TRAROI", "TRAORI")):
+    for word, near in (("CYCLE999", "CYCLE99"), ("TRAROI", "TRAORI")):
         text = " ".join(run("explain", word).err.split())
         assert f"(G68.2); did you mean {near}? verne-post explain --list prints" in text
     assert "(G68.2). verne-post explain --list prints" in " ".join(run("explain", "XYZZY").err.split())
+
+
+def test_a_code_that_does_not_exist_names_those_that_do(run: Callable[..., Any]) -> None:
+    text = " ".join(run("explain", "VP999").err.split())
+    assert "VP999: no finding code has this number; codes are within VP001 to VP" in text
+    assert "VP301, VP401 to " in text
+    assert "explain --list" in text
+    assert "did you mean" not in text
+    assert "did you mean VP033?" in " ".join(run("explain", "vp33").err.split())
 
 
 def test_an_m_code_of_the_builder_is_told_how_it_gets_a_meaning(run: Callable[..., Any]) -> None:
@@ -673,7 +682,7 @@ def test_an_m_code_of_the_builder_is_told_how_it_gets_a_meaning(run: Callable[..
     assert 'M11 = "ignore", or "event"' in answer.out
 
 
-@pytest.mark.parametrize("word", ["FUNCTION FOO", "VP999"])
+@pytest.mark.parametrize("word", ["XYZZY", "VP999"])
 def test_what_is_unknown_names_where_to_look(run: Callable[..., Any], word: str) -> None:
     answer = run("explain", word)
     assert answer.code == 2
@@ -873,7 +882,9 @@ def test_every_word_is_explained_for_itself() -> None:
     [
         ("F", ("RS274/NGC: feed rate", "Fanuc: feed rate", "Klartext: feed rate in mm/min")),
         ("T1", ("RS274/NGC: selects a tool", "Fanuc: selects", "Siemens: selects", "Klartext: number or name")),
-        ("C1", ("Klartext: where an axis goes",)),  # it was an arc, as C alone is
+        ("C1", ("Klartext: axis C goes to 1 degree",)),  # it was an arc, as C alone is
+        ("X1", ("Siemens: axis X goes to 1 mm", "Siemens: an axis that G75 moves (as X1=)")),
+        ("MMPM", ("APT, in FEDRAT: the feed rate is in mm/min",)),
         ("G55", ("RS274/NGC: work offset G55", "Siemens: work offset G55")),
         ("M30", ("Klartext: end of the program",)),
         ("TCPM", ("Klartext: FUNCTION TCPM switches tool-centre-point control on",)),
@@ -922,6 +933,19 @@ def test_axes_whose_values_are_parameters_are_named(run: Callable[..., Any], tmp
     answer = run("explain", tmp_path / "a.h:0")
     assert answer.code == 2
     assert "line 0 is the approach of --from, and none is given" in " ".join(answer.err.split())
+
+
+def test_f_of_m128_is_told_once(run: Callable[..., Any], tmp_path: Path) -> None:
+    """It said that F has no effect, and that it is the feed rate from there on."""
+    (tmp_path / "q.h").write_text(
+        "0 BEGIN PGM Q MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+0 Z+150 R0 FMAX M3\n3 L X+10 F500\n4 M128 F1000\n"
+        "5 L Y+10\n6 L M140 MB5 F300\n7 END PGM Q MM\n"
+    )
+    options = ("--tool-length", 90, "--wcs", "G54=0,0,100")
+    text = run("explain", f"{tmp_path / 'q.h'}:5", *options).out
+    assert re.search(r"\n  F +belongs to M128, and has no effect: the feed rate in force stays\n", text)
+    assert "from this block on" not in text
+    assert "feed 500 mm/min" in run("explain", f"{tmp_path / 'q.h'}:6", *options).out
 
 
 def test_a_document_and_a_key_in_the_wrong_table_have_one_error(run: Callable[..., Any], tmp_path: Path) -> None:

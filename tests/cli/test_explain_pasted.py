@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from verne_post.gcode.known_words import describe_pasted, describe_word, list_words
+from verne_post.gcode.known_words import describe_word, list_words
+from verne_post.gcode.pasted_line import UnreadWord, describe_pasted
 
 _NUMBERED = re.compile(r"([GM]|FN |CYCL DEF )(\d+(?:\.\d+)?)")
 
@@ -27,7 +28,6 @@ def test_a_zero_before_the_number_changes_no_answer() -> None:
         ("T01", "T1"),
         ("h01", "H1"),
         ("d01", "D1"),
-        ("X-10.5", "X10"),
         ("CYCL DEF 200 DRILLING", "CYCL DEF 200"),
         ("CYCL DEF 7.0 DATUM SHIFT", "CYCL DEF 7"),
     ],
@@ -36,30 +36,159 @@ def test_a_word_as_programs_write_it_is_the_word(written: str, word: str) -> Non
     assert describe_word(written) == describe_word(word) != []
 
 
+def read(line: str) -> dict[str, dict[str, str]]:
+    """Word of a line -> language -> what it does there."""
+    found: dict[str, dict[str, str]] = {}
+    for text in describe_pasted(line):
+        if not text.startswith(" "):
+            own = found.setdefault(text, {})
+            continue
+        languages, _, said = text.strip().partition(": ")
+        own |= dict.fromkeys(languages.split(", "), said)
+    return found
+
+
+MACRO = ("RS274/NGC", "Fanuc")
+OF_G = (*MACRO, "Siemens")
+
+
 @pytest.mark.parametrize(
-    ("line", "words"),
+    ("line", "languages", "words"),
     [
-        ("G1 X10 F500", ["G1", "X10", "F500"]),
-        ("N10G01X-10.5F500 ; to the edge", ["N10", "G01", "X-10.5", "F500"]),
-        ("L X+10 R0 FMAX M3", ["L", "X+10", "R0", "FMAX", "M3"]),
-        ('TOOL CALL "BALL 6" Z S3000', ["TOOL CALL", "Z", "S3000"]),
-        ("CYCLE81(10,0,2,-5)", ["CYCLE81"]),
-        ("GOTO/0,0,50", ["GOTO"]),
+        ("G1 X10 F500", OF_G, ["G1", "X10", "F500"]),
+        ("N10G01X-10.5F500 ; to the edge", OF_G, ["N10", "G01", "X-10.5", "F500", "; to the edge"]),
+        ("M128 F1000", (*OF_G, "Klartext"), ["M128", "F1000"]),
+        ("X10 Y20", OF_G, ["X10", "Y20"]),
+        ("GOTO 100", ("Fanuc",), ["GOTO"]),
+        ("G1 X[#1+2] F100", MACRO, ["G1", "X[#1+2]", "#1", "F100"]),
+        ("G1 X#1", MACRO, ["G1", "X#1", "#1"]),
+        ("G53 G0 Z0.", OF_G, ["G53", "G0", "Z0."]),
+        ("G5.2 X1 P1 L3", ("RS274/NGC",), ["G5.2", "X1", "P1", "L3"]),
+        ("o100 sub", ("RS274/NGC",), ["o100", "sub"]),
+        ("o<probe> call [1] [#2]", ("RS274/NGC",), ["o<probe>", "call", "[1]", "[#2]", "#2"]),
+        ("#<depth>=5", MACRO, ["#<depth>"]),
+        ("#101=#102+5", ("Fanuc",), ["#101", "#102"]),
+        ("IF [#1 LT 10] GOTO 20", ("Fanuc",), ["IF", "#1", "LT", "GOTO"]),
+        ("WHILE [#1 LE 10] DO1", ("Fanuc",), ["WHILE", "#1", "LE", "DO"]),
+        ("G68.2 X0 I45. J30.", MACRO, ["G68.2", "X0", "I45.", "J30."]),
+        ("G65 P9010 A1. B2.5", ("Fanuc",), ["G65", "P9010", "A1.", "B2.5"]),
+        ("G1 X10 ,R2", ("Fanuc",), ["G1", "X10", ",R2"]),
+        ("IF R1<=30 GOTOB NEXT", ("Siemens",), ["IF", "R1", "GOTOB", "NEXT"]),
+        ("R1=R1+1", ("Siemens",), ["R1"]),
+        ("G1 X=R1*2 F=R3", ("Siemens",), ["G1", "X=R1*2", "R1", "F=R3", "R3"]),
+        ("CYCLE81(10,0,2,-5)", ("Siemens",), ["CYCLE81", "10", "0", "2", "-5"]),
+        ("G0 SUPA Z=0 D0", ("Siemens",), ["G0", "SUPA", "Z=0", "D0"]),
+        ("G1 X=IC(5) A3=0 B3=0 C3=1", ("Siemens",), ["G1", "X=IC(5)", "IC", "A3=0", "B3=0", "C3=1"]),
+        ('T="BALL 6" D1', ("Siemens",), ['T="BALL 6"', "D1"]),
+        ("REPEAT A_L B_L P=3", ("Siemens",), ["REPEAT", "A_L", "B_L", "P=3"]),
+        ("L M128 F1000", ("Klartext",), ["L", "M128", "F1000"]),
+        ("M140 MB50", ("Klartext",), ["M140", "MB50"]),
+        ("L X+10 R0 FMAX M3", ("Klartext",), ["L", "X+10", "R0", "FMAX", "M3"]),
+        ("L X+Q1 FMAX", ("Klartext",), ["L", "X+Q1", "Q1", "FMAX"]),
+        ("L IX+5", ("Klartext",), ["L", "IX+5"]),
+        ('TOOL CALL "BALL 6" Z S3000', ("Klartext",), ["TOOL CALL", '"BALL 6"', "Z", "S3000"]),
+        (
+            "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN FMAX SEQ-",
+            ("Klartext",),
+            ["PLANE SPATIAL", "SPA+20", "SPB+0", "SPC+0", "TURN", "FMAX", "SEQ-"],
+        ),
+        ("FN 12: IF +Q1 LT +10 GOTO LBL 5", ("Klartext",), ["FN 12", "IF", "+Q1", "LT", "GOTO", "LBL"]),
+        ("9 CYCL DEF 7.1 X+10", ("Klartext",), ["9", "CYCL DEF 7.1", "X+10"]),
+        ("CALL LBL 5 REP 3", ("Klartext",), ["CALL LBL", "5", "REP 3"]),
+        ("Q1 = Q2 * SIN(Q3) + 1,5", ("Klartext",), ["Q1", "Q2", "SIN", "Q3"]),
+        ("GOTO/0,0,50", ("APT",), ["GOTO", "0,0,50"]),
+        ("FEDRAT/600,MMPM", ("APT",), ["FEDRAT", "600", "MMPM"]),
+        ("SPINDL/RPM,2000,CLW", ("APT",), ["SPINDL", "RPM", "2000", "CLW"]),
+        ("COOLNT/ON", ("APT",), ["COOLNT", "ON"]),
+        (
+            "CYCLE/DRILL,RAPTO,3,FEDTO,-20,MMPM,250",
+            ("APT",),
+            ["CYCLE", "DRILL", "RAPTO", "3", "FEDTO", "-20", "MMPM", "250"],
+        ),
     ],
 )
-def test_a_line_is_told_word_by_word(line: str, words: list[str]) -> None:
-    assert [text for text in describe_pasted(line) if not text.startswith(" ")] == words
+def test_a_line_is_told_word_by_word(line: str, languages: tuple[str, ...], words: list[str]) -> None:
+    """In all languages that read the whole line, and in no other."""
+    found = read(line)
+    assert [word for word in found if word not in ("100",)] == words
+    told = {language for texts in found.values() for language in texts}
+    assert told - {"Siemens"} == {*languages} - {"Siemens"}
+    assert line == "GOTO 100" or ("Siemens" in told) == ("Siemens" in languages)
+    assert all(texts for texts in found.values())
 
 
-def test_only_languages_that_know_all_words_of_a_line_are_named(run: Callable[..., Any]) -> None:
-    text = run("explain", "G1 X10 F500").out
-    assert text.startswith("G1 X10 F500\n  G1\n    RS274/NGC: straight move")
-    assert "Klartext" not in text
+def test_a_word_that_controls_understand_differently_has_each_meaning() -> None:
+    tcp = read("M128 F1000")
+    assert tcp["M128"]["RS274/NGC"].startswith("not executed: external programs")
+    assert tcp["M128"]["Fanuc"] == tcp["M128"]["Siemens"]
+    assert "not known, and refused (VP002)" in tcp["M128"]["Fanuc"]
+    assert tcp["M128"]["Klartext"].startswith("tool-centre-point control on")
+    assert "has no effect" in tcp["F1000"]["Klartext"]
+    assert "mm/min" in tcp["F1000"]["Fanuc"]
 
 
-@pytest.mark.parametrize("line", ["CYCL DEFF 208", "G1 FOO", "", " "])
-def test_a_line_with_an_unknown_word_is_not_told(line: str) -> None:
-    assert describe_pasted(line) == []
+@pytest.mark.parametrize(
+    ("line", "word", "said"),
+    [
+        ("X1 Y2", "X1", "axis X goes to 1 mm"),
+        ("L IX+5", "IX+5", "axis X goes on by 5 mm"),
+        ("G1 X=IC(5)", "X=IC(5)", "axis X goes on by 5 mm"),
+        ("G0 A-.5 C1", "A-.5", "axis A goes to -0.5 degrees"),
+        ("G53 G0 Z0.", "Z0.", "axis Z goes to 0 mm (inch under G20), in machine coordinates"),
+        ("L Z-1 FMAX M91", "Z-1", "in machine coordinates"),
+        ("G1 X#1", "X#1", "computed: the value is known only in the program (explain FILE:LINE)"),
+        ("TRANS DATUM AXIS X+10", "X+10", "shifts the datum to 10"),
+        ("BLK FORM 0.1 Z X-50 Y-50 Z-30", "X-50", "corner, of the stock"),
+        ("G65 P9010 A1. B2.5", "B2.5", "argument #2 of the macro"),
+        ("RND R2 F100", "F100", "of this rounding alone"),
+        ("CYCLE81(10,0,2,-5)", "-5", "DP of CYCLE81: final depth"),
+        ("M98 P1000 L3", "L3", "how often"),
+        ("G96 S200", "S200", "speed of the surface"),
+        ("M140 MB5 F300", "F300", "of the retract of M140 alone"),
+        ("PLANE RESET TURN F500", "F500", "of the turn of the rotary axes"),
+        ("CYCL DEF 8.1 X", "X", "mirror image of this axis"),
+        ("REPEAT A_L P=3", "P=3", "how often the lines run"),
+    ],
+)
+def test_a_value_is_told_as_what_it_is_in_its_line(line: str, word: str, said: str) -> None:
+    assert any(said in text for text in read(line)[word].values()), read(line)[word]
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "said"),
+    [
+        ("CYCL DEFF 208", 6, "DEFF is not read here; Klartext: DEF or CALL after CYCL"),
+        ("G1 FOO", 4, "FOO is not read here; RS274/NGC, Fanuc: a letter with a value"),
+        ("G1 X[#1+FOO]", 9, "FOO is not read here; RS274/NGC, Fanuc: a variable, a number or a function"),
+        ("FUNCTION FOO", 10, "FOO is not read here; Klartext: a word of FUNCTION"),
+        ("FEDRAT/600,MMPS", 12, "MMPS is not read here; APT: MMPM, IPM"),
+        ("IF [#1 LT 10] 20", 15, "20 is not read here; Fanuc: GOTO or THEN"),
+        ("L X+5 Y", 7, "Y is not read here; Klartext: a word of L"),
+    ],
+)
+def test_a_line_that_nothing_reads_names_the_word_that_stopped_it(
+    run: Callable[..., Any], line: str, column: int, said: str
+) -> None:
+    with pytest.raises(UnreadWord, match=re.escape(f"column {column}: {said}")):
+        describe_pasted(line)
+    answer = run("explain", line)
+    assert answer.code == 2
+    assert f"column {column}: {said}" in " ".join(answer.err.split())
+
+
+def test_lines_of_samples_are_read_in_their_own_language() -> None:
+    samples = Path(__file__).resolve().parents[2] / "gcode_samples"
+    names = {
+        "two_faces.nc": "RS274/NGC",
+        "fanuc_tilted.nc": "Fanuc",
+        "two_faces.mpf": "Siemens",
+        "two_faces.h": "Klartext",
+        "two_faces.cls": "APT",
+    }
+    for name, language in names.items():
+        lines = [line for line in (samples / name).read_text("utf-8").splitlines() if line.strip()]
+        for line in lines[::4]:
+            assert any(language in texts for texts in read(line).values()), (name, line)
 
 
 @pytest.mark.parametrize("words", [["calibrate"], ["validate", "x.toml"], ["show"], ["list"], ["tolerances", "--help"]])

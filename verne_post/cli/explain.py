@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Iterable
 from typing import Any, Final
 
 import click
@@ -82,13 +83,24 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     if colon and not is_count(number) and os.path.isfile(name):
         raise click.UsageError(f"{what}: {number!r} is no line number; such as {spell(name)}")
     if not colon or not is_count(number):
-        from verne_post.gcode.known_words import describe_pasted, describe_word, find_near_word, name_axes
+        from verne_post.gcode.known_words import describe_word, find_near_word, name_axes
+        from verne_post.gcode.pasted_line import UnreadWord, describe_pasted
 
-        if known := describe_word(what) or describe_pasted(what):
+        if code := re.fullmatch(r"(?i)VP(\d+)", what):
+            raise click.UsageError(_refuse_code(what.upper(), code[1], CODES))
+        known, stop = describe_word(what), None
+        if not known:
+            try:
+                known = describe_pasted(what)
+            except UnreadWord as error:
+                stop = error
+        if known:
             if (letters := _find_letters(given)) is not None:
                 known = [name_axes(line, letters) for line in known]
             echo("\n".join([what.upper(), *(f"  {line}" for line in known), ""]), nl=False)
             return ExitStatus.CLEAN
+        if stop is not None and (stop.column > 1 or len(what.split()) > 1):
+            raise click.UsageError(f"{what}: no language reads the whole line; {stop}")
         near = find_near_word(what.upper(), CODES)
         raise click.UsageError(
             f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102) nor a word of a language "
@@ -126,6 +138,19 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     except UsageError as error:
         raise click.UsageError(f"{what}: {error.reason}") from None
     return ExitStatus.CLEAN
+
+
+def _refuse_code(what: str, digits: str, codes: Iterable[str]) -> str:
+    """What to say of a number that no finding code has: the right spelling, or which codes there are."""
+    padded = f"VP{int(digits):03}" if len(digits) < len("102") else ""
+    if padded in codes:
+        return f"{what}: a finding code has three digits; did you mean {padded}?"
+    hundreds = sorted({code[:3] for code in codes})
+    of_range = {one: sorted(code for code in codes if code.startswith(one)) for one in hundreds}
+    ranges = ", ".join(own[0] if len(own) == 1 else f"{own[0]} to {own[-1]}" for own in of_range.values())
+    return (
+        f"{what}: no finding code has this number; codes are within {ranges}. verne-post explain --list prints them all"
+    )
 
 
 def _find_letters(given: dict[str, Any]) -> tuple[str, str] | None:

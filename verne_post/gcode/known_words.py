@@ -32,7 +32,7 @@ _TABLES_OF_NUMBERS: tuple[tuple[str, Mapping[int, str], bool], ...] = (
     ("FN ", klartext.REFUSED_FN, False),
 )
 #: Pages of the languages, and sections that Fanuc has from the page of RS274/NGC.
-_PAGES: Final = {
+PAGES: Final = {
     "RS274/NGC": "docs/gcode.md",
     "Fanuc": "docs/fanuc.md",
     "Siemens": "docs/siemens.md",
@@ -49,7 +49,7 @@ _OWN_OF_FANUC: Final = (
 )
 _SECTION: Final = re.compile(r"(?<=\bsee )([A-Z][\w ,-]*\w)")
 #: Languages by the names of their dialects.
-_LANGUAGES: Final = {
+LANGUAGES: Final = {
     "rs274": "RS274/NGC",
     "fanuc": "Fanuc",
     "siemens": "Siemens",
@@ -59,7 +59,7 @@ _LANGUAGES: Final = {
 _CYCLE_CALL: Final = re.compile(r"(?<!\w)([A-Z]+\d*)[ \t]*\(", re.IGNORECASE)
 _CYCLE_DEFINITION: Final = re.compile(r"\bCYCL[ \t]+DEF[ \t]+(\d+)", re.IGNORECASE)
 #: A value of a call, with what ends it.
-_VALUE: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
+VALUE_OF_CALL: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
 #: A value of a cycle of Klartext.
 _Q_VALUE: Final = re.compile(r"(?<!\w)(Q\d+)[ \t]*=[ \t]*([^\s~;]+)", re.IGNORECASE)
 _M_CODE: Final = re.compile(r"M\d{1,9}")
@@ -74,13 +74,7 @@ _LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])[-+]?(?:\d+\.?\d*
 #: Zeros before the number of a word: M03, G05.1, FN 09.
 _ZEROS: Final = re.compile(r"^([A-Z#]|Q[LRS]|FN |CYCL DEF )0+(?=\d)")
 #: What a program writes behind the number of a cycle: .0, and its name.
-_BEHIND_CYCLE: Final = re.compile(r"^(CYCL DEF \d+)(?:\.\d+)?(?: .*)?$")
-#: What separates the words of a line, or gives them values: texts, brackets, remarks.
-_BETWEEN_WORDS: Final = re.compile(r"\"[^\"]*\"|\([^()]*\)|;.*|[/,:~]|(?<==)")
-_VALUE_ALONE: Final = re.compile(r"[-+]?[\d.]+|=")
-#: Words without blanks between them: N10G1X10.
-_TOUCHING_WORD: Final = re.compile(r"[A-Z#][-+]?[\d.]+")
-_MOST_WORDS_OF_NAME: Final = 4
+_BEHIND_CYCLE: Final = re.compile(r"^(CYCL DEF \d+)(?:\.\d+)?(?: (?![XYZABC]\b)[^\d+#~]*)?$")
 #: A sign or = before the value of a word: SEQ-, A3=.
 _SIGN: Final = re.compile(r" ?[-+=]$")
 #: What the line above the kinds of PLANE says.
@@ -106,7 +100,7 @@ class KnownWord(NamedTuple):
 
 def find_words_of(line: str, dialect: str) -> list[KnownWord]:
     """The words of a line that a dialect knows, in their order."""
-    language, texts = _LANGUAGES[dialect], {name: found[0] for name, found in list_meanings(dialect).items()}
+    language, texts = LANGUAGES[dialect], {name: found[0] for name, found in list_meanings(dialect).items()}
     code = remove_remarks(line, dialect).upper()
     found: dict[int, tuple[int, str]] = {}  # begin -> end, name: the longest word at each place
     for name in texts:
@@ -121,7 +115,9 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
     words: list[KnownWord] = []
     for word in sorted(candidates):
         if not words or word.begin >= words[-1].end:
-            words.append(word)
+            before = words[-1].name if words and language == "Klartext" else ""
+            own = klartext.FEED_OF_FUNCTIONS.get(before, "") if word.name == "F" else ""
+            words.append(word._replace(text=own) if own else word)
     return words
 
 
@@ -133,7 +129,7 @@ def name_axes(text: str, letters: tuple[str, str]) -> str:
 
 def list_meanings(dialect: str, *, executed_alone: bool = False) -> dict[str, list[str]]:
     """The words of a dialect, and what each does; more than one text where tables have it more than once."""
-    language, found = _LANGUAGES[dialect], dict[str, list[str]]()
+    language, found = LANGUAGES[dialect], dict[str, list[str]]()
     for owner, name, text, is_executed in list_words():
         if owner == language and (is_executed or not executed_alone):
             found.setdefault(name, []).append(_describe(language, name, text, is_executed=is_executed))
@@ -178,16 +174,23 @@ def describe_word(word: str) -> list[str]:
     variable = describe_variable(name)
     texts |= {language: f"{language}: {text}" for language, text in variable.items()}
     alone = _LETTER_AND_NUMBER.sub(r"\1", name)
-    for language, names in _list_names().items():
-        if language not in texts and (text := names.get(name, names.get(alone, ""))):
-            texts[language] = f"{language}: {_describe(language, alone, text, is_executed=True)}"
+    # X1= of Siemens is another word than X1, which is X with its value
+    is_indexed = alone != name and alone in "XYZABC" and "Siemens" in texts
+    indexed_words = [f"{texts.pop('Siemens')} (as {name}=)"] if is_indexed else []
+    for dialect, language in LANGUAGES.items():
+        names = _list_names().get(language, {})
+        if language not in texts and (text := names.get(alone if is_indexed else name, names.get(alone, ""))):
+            text = _describe(language, alone, text, is_executed=True)
+            is_place = alone != name and text.startswith("where ")
+            shown_text = describe_place(alone, name.removeprefix(alone), dialect) if is_place else text
+            texts[language] = f"{language}: {shown_text}"
     values = list(_describe_values(name))
     if variable.keys() == {"Klartext"} and not values:
         found = [texts["Klartext"]]
     elif any(one.startswith("Klartext: ") for one in values):  # no other language has a Q of this number
         found = [*values, texts["Klartext"]]
     else:
-        found = [*texts.values(), *values]
+        found = [*texts.values(), *indexed_words, *values]
     # what its tables have of it: names of values, and what may follow it
     found += [f"  {value}" for dialect in ("siemens", "heidenhain") for value in describe_values(name, dialect)]
     found += [
@@ -206,42 +209,29 @@ def describe_word(word: str) -> list[str]:
         return ["Klartext: no function FN has this number: a program with it is refused (VP002)"]
     if not found and bare != name:
         return describe_word(bare)
+    if not found:  # what may follow the slash of a CL statement
+        found = [f"APT, in {major}: {words[name]}" for major, words in apt.WORDS_OF.items() if name in words]
     # else a statement with words that its table lists
-    return found or [
-        f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
-        for language, known_word, text, is_executed in list_words()
-        if name.startswith(f"{known_word} ")
-        and (not is_executed or re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text))
-    ]
+    return (
+        found
+        or [
+            f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
+            for language, known_word, text, is_executed in list_words()
+            if name.startswith(f"{known_word} ")
+            and not re.search(r"[\d\"]", name)  # else a line, whose words are told each
+            and (not is_executed or re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text))
+        ]
+    )
 
 
-def describe_pasted(line: str) -> list[str]:
-    """The words of a line of a program, each with what :func:`describe_word` says of it below it.
-
-    Empty where a word is known to no language. Only languages that know all words are named, if there are any.
-    """
-    parts: list[str] = []
-    for part in _BETWEEN_WORDS.sub(" ", line.upper()).split():
-        touching = _TOUCHING_WORD.findall(part)
-        parts += touching if "".join(touching) == part else [part]
-    found: list[tuple[str, list[str]]] = []
-    while parts:
-        if _VALUE_ALONE.fullmatch(parts[0]):
-            del parts[0]
-            continue
-        names = (" ".join(parts[:count]) for count in range(min(len(parts), _MOST_WORDS_OF_NAME), 0, -1))
-        name, texts = next(((one, lines) for one in names if (lines := describe_word(one))), ("", []))
-        if not texts:
-            return []
-        found.append((name, texts))
-        del parts[: len(name.split())]
-    own = [{language for language in _PAGES for text in texts if text.startswith(language)} for _name, texts in found]
-    languages = tuple(set(_PAGES).intersection(*own))
-    return [
-        line
-        for name, texts in found
-        for line in (name, *(f"  {text}" for text in texts if not languages or text.startswith((*languages, " "))))
-    ]
+def describe_place(name: str, value: str, dialect: str) -> str:
+    """Where a letter with a number takes its axis: "axis X goes to 1 mm"."""
+    axis, number = name.removeprefix("I"), value.replace(" ", "").removeprefix("+")
+    number = number.rstrip(".").replace("-.", "-0.")
+    inch = {"siemens": "inch under G70", "heidenhain": "inch, where BEGIN PGM says so"}.get(dialect, "inch under G20")
+    unit = "degrees" if axis in "ABC" else f"mm ({inch})"
+    shown_text = f"axis {axis} goes {'to' if name == axis else 'on by'} {number} {unit}"
+    return shown_text if dialect == "heidenhain" else f"{shown_text}; in G91 on by that much"
 
 
 def find_near_word(word: str, codes: Iterable[str]) -> str:
@@ -256,7 +246,7 @@ def _list_names() -> dict[str, Mapping[str, str]]:
 
 def _describe_values(name: str) -> Iterator[str]:
     """A value of cycles: what it is, and whose."""
-    cycles = [cycle for cycle, names in _list_parameters().items() if name in names]
+    cycles = [cycle for cycle, names in list_parameters().items() if name in names]
     if cycles:
         meaning = siemens.CYCLE_VALUES.get(name, "")
         yield f"Siemens: a value of {', '.join(cycles)}{': ' * bool(meaning)}{meaning}"
@@ -274,10 +264,10 @@ def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:
 
     def name_page(section: re.Match[str]) -> str:
         is_general = language == "Fanuc" and section[1] not in _OWN_OF_FANUC
-        return f"{section[1]} in {_PAGES['RS274/NGC' if is_general else language]}"
+        return f"{section[1]} in {PAGES['RS274/NGC' if is_general else language]}"
 
     meaning = text if is_executed else f"not executed: {text}"
-    return re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, meaning))
+    return re.sub(r": below\b", f": see {PAGES[language]}", _SECTION.sub(name_page, meaning))
 
 
 def find_cycle_value(line: str, column: int) -> KnownWord | None:
@@ -298,7 +288,7 @@ def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
     Of Klartext those without a default, and the dwell; of Siemens those whose names do not begin with _, if it has any.
     """
     if dialect == "siemens":
-        names = _list_parameters().get(word, ())
+        names = list_parameters().get(word, ())
         plain_names = tuple(takewhile(lambda name: not name.startswith("_"), names)) or names
         return [("," if number else "(", name) for number, name in enumerate(plain_names)]
     if dialect == "heidenhain":
@@ -321,7 +311,7 @@ def describe_values(word: str, dialect: str, given: Mapping[str, GivenValue] = M
     ``given`` are those of a call, by their names (:func:`find_given_values`).
     """
     if dialect == "siemens":
-        values = ((name, siemens.CYCLE_VALUES.get(name, "")) for name in _list_parameters().get(word, ()))
+        values = ((name, siemens.CYCLE_VALUES.get(name, "")) for name in list_parameters().get(word, ()))
     else:
         needs, defaults = _list_q_parameters(word) if dialect == "heidenhain" else ((), {})
         without = {
@@ -363,13 +353,13 @@ def find_cycle_call(line: str, dialect: str) -> re.Match[str] | None:
     code = remove_remarks(line, dialect)
     if dialect == "heidenhain":
         return next((one for one in _CYCLE_DEFINITION.finditer(code) if any(_list_q_parameters(one[1]))), None)
-    return next((one for one in _CYCLE_CALL.finditer(code) if one[1].upper() in _list_parameters()), None)
+    return next((one for one in _CYCLE_CALL.finditer(code) if one[1].upper() in list_parameters()), None)
 
 
 def _list_call_values(call: re.Match[str], code: str) -> Iterator[tuple[str, re.Match[str]]]:
     """The values of a call of a cycle of Siemens, with the names of their parameters."""
-    names = _list_parameters().get(call[1].upper(), ())
-    for name, value in zip(names, _VALUE.finditer(code, call.end()), strict=False):
+    names = list_parameters().get(call[1].upper(), ())
+    for name, value in zip(names, VALUE_OF_CALL.finditer(code, call.end()), strict=False):
         yield name, value
         if value[2] != ",":
             return
@@ -384,7 +374,7 @@ def _list_q_parameters(word: str) -> tuple[tuple[int, ...], dict[int, float]]:
 
 
 @cache
-def _list_parameters() -> dict[str, tuple[str, ...]]:
+def list_parameters() -> dict[str, tuple[str, ...]]:
     """Siemens cycle -> the names of its values, in order."""
     from verne_post.gcode.siemens import contour_milling, drilling, milling_values, patterns, swivel
 

@@ -135,6 +135,11 @@ FUNCTIONS: Final[Mapping[int, str]] = {
     137: "F is per minute again, and needs a new value",
     140: "retract along the tool axis by MB; MB MAX: to machine Z 0, if the tool is below",
 }
+#: M function -> what F directly behind it says, in place of the feed rate from this block on.
+FEED_OF_FUNCTIONS: Final[Mapping[str, str]] = {
+    "M128": "belongs to M128, and has no effect: the feed rate in force stays",
+    "M140": "feed rate of the retract of M140 alone",
+}
 #: M function -> M codes of RS274/NGC, at the beginning of the block.
 AT_BEGIN: Final = {3: (3,), 4: (4,), 7: (7,), 8: (8,), 13: (3, 8), 14: (4, 8)}
 #: The same at its end.

@@ -30,7 +30,7 @@ def _build_pattern(sides: str, names: str) -> re.Pattern[str]:
 
 
 #: Words of a path function.
-_WORD: Final = _build_pattern(_SIDES, _NAMES)
+WORD: Final = _build_pattern(_SIDES, _NAMES)
 #: Words of TOOL DEF: L is a length, and R0 the radius of a tool that is a line.
 TOOL_WORDS: Final = _build_pattern("RL|RR", f"{_NAMES}|L")
 
@@ -98,7 +98,7 @@ class Words(Struct):
                 raise statement.error("VP006", f"{statement.keyword or 'the block'} does not use {shown_word}")
 
 
-def read_words(statement: Statement, numbers: Numbers, pattern: re.Pattern[str] = _WORD) -> Words:
+def read_words(statement: Statement, numbers: Numbers, pattern: re.Pattern[str] = WORD) -> Words:
     """The words after the keyword of a statement, those of a ``pattern``.
 
     Raises
@@ -143,7 +143,7 @@ def read_usable_words(statement: Statement, numbers: Numbers) -> Words:
     """As :func:`read_words`, of a statement that has been refused: what cannot be read is left out."""
     words, text, at = Words(), statement.rest, 0
     while at < len(text):
-        match = _WORD.match(text, at)
+        match = WORD.match(text, at)
         if match is not None:
             with suppress(ProgramError):
                 _add(statement, words, match, match.start(), numbers)

@@ -1,0 +1,700 @@
+"""The words of one line without its program, in every language that can read the whole line: `explain "G1 X10 F500"`.
+
+A value that is computed is not known here: only the program, and the place of the line in it, give it.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Final, NamedTuple
+
+from verne_post.base.printable import join_names
+from verne_post.base.program_lines import find_machine_code
+from verne_post.gcode.apt import words as apt
+from verne_post.gcode.block import KEYWORDS
+from verne_post.gcode.codes import RS274, describe_remap
+from verne_post.gcode.klartext import vocabulary as klartext
+from verne_post.gcode.klartext.words import WORD as WORD_OF_KLARTEXT
+from verne_post.gcode.known_variables import describe_variable
+from verne_post.gcode.known_words import LANGUAGES, PAGES, VALUE_OF_CALL, describe_place, list_meanings, list_parameters
+from verne_post.gcode.letters import (
+    BESIDE_MOTION,
+    LETTERS_OF_KLARTEXT,
+    OF_CORNERS,
+    OF_EXPRESSIONS,
+    OF_FN,
+    OF_FORMULAS,
+    OF_LETTERS,
+    OF_NAMES,
+    WORDS_OF_STATEMENTS,
+)
+from verne_post.gcode.rs274.fanuc_codes import make_table
+from verne_post.gcode.rs274.macro_text import number_argument
+from verne_post.gcode.siemens import vocabulary as siemens
+
+_BLANKS: Final = re.compile(r"[ \t]*")
+_NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_BRACKET: Final = r"\[(?:[^][]|\[(?:[^][]|\[(?:[^][]|\[[^][]*\])*\])*\])*\]"
+_PARENTHESES: Final = r"\((?:[^()]|\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\))*\)"
+_TEXT: Final = r"\"[^\"]*\""
+_MACRO_VARIABLE: Final = rf"#+\d+|#<[^<>]*>|#{_BRACKET}"
+_MACRO_FUNCTION: Final = rf"[A-Z]{{2,5}}[ \t]*{_BRACKET}(?:[ \t]*/[ \t]*{_BRACKET})?"
+_MACRO_VALUE: Final = rf"{_NUMBER}|[-+]?(?:{_MACRO_VARIABLE}|{_BRACKET}|{_MACRO_FUNCTION})"
+_MACRO_OPERATOR: Final = r"[ \t]*(?:[-+*/]|(?:AND|OR|XOR|MOD|EQ|NE|LT|LE|GT|GE)(?![A-Z]))[ \t]*"
+_KLARTEXT_NUMBER: Final = r"[-+]?[ \t]*(?:\d+[.,]?\d*|[.,]\d+|Q[LRS]?\d+)"
+_OPERAND: Final = (
+    rf"(?:[-+]|NOT[ \t]+|B_NOT[ \t]+)*[ \t]*(?:{_TEXT}|'[HB][\dA-F]+'|(?:\d+\.?\d*|\.\d+)(?:EX[-+]?\d+)?"
+    rf"|[$A-Z_][\w$]*(?:[ \t]*(?:{_BRACKET}|{_PARENTHESES}))*|{_PARENTHESES})"
+)
+_OPERATOR: Final = r"[ \t]*(?:<<|==|<>|<=|>=|[-+*/<>]|(?:B_)?(?:AND|OR|XOR)\b|DIV\b|MOD\b)[ \t]*"
+_SIEMENS_VALUE: Final = rf"{_OPERAND}(?:{_OPERATOR}{_OPERAND})*"
+#: What a name in an expression may be, apart from the functions and operators of the language.
+_NAME: Final = re.compile(r"\"[^\"]*\"|#<[^<>]*>|#\d+|\$?[A-Z_][A-Z_]*\d*\w*")
+_OF_COMPUTED_VALUES: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
+#: How the text of a letter that moves an axis begins.
+_OF_AXES: Final = ("where ", "by how much")
+_FANUC: Final = make_table()
+_REMARK: Final = "a remark; it moves nothing"
+_MESSAGE: Final = r"\([ \t]*(?:MSG|DEBUG|PRINT|LOG)[ \t]*,[^)]*\)"
+_OF_SKIPPED_BLOCKS: Final = "the block is executed, unless --block-delete is given"
+#: First words of the statements of Klartext in which an axis may stand without a value.
+_WITH_BARE_AXES: Final = ("TOOL", "BLK", "CYCL", "TRANS")
+#: Columns of a card that are read.
+_CARD_COLUMNS: Final = 72
+_CODE: Final = re.compile(r"([GM])[ \t]*0*(\d+(?:\.\d+)?)")
+
+
+class UnreadWord(ValueError):
+    """The word at which the language that came farthest stopped: its column, from 1, and what it would have read."""
+
+    def __init__(self, column: int, word: str, languages: str, expected_words: str) -> None:
+        pages = join_names([PAGES[one] for one in languages.split(", ")])
+        super().__init__(
+            f"column {column}: {word} is not read here; {languages}: {expected_words} may stand here (see {pages})"
+        )
+        self.column, self.word, self.languages, self.expected_words = column, word, languages, expected_words
+
+
+@cache
+def _list_texts(dialect: str) -> Mapping[str, str]:
+    """The words of a dialect, each with what it does."""
+    return {name: texts[0] for name, texts in list_meanings(dialect).items()}
+
+
+class _Word(NamedTuple):
+    begin: int
+    end: int
+    text: str
+
+
+class _Reader:
+    """A line in one language: the place up to which it is read, and its words."""
+
+    def __init__(self, line: str, dialect: str) -> None:
+        self.dialect, self.language = dialect, LANGUAGES[dialect]
+        self.code = line.upper().rstrip()
+        self.at, self.words = 0, list[_Word]()
+        self.texts = _list_texts(dialect)
+        self.codes = list[str]()  #: Those of the line, beside which its letters may mean something else.
+        self.told_names = set[str]()  #: Variables, functions and operators that need not be told again.
+        self.is_doubtful = False  #: A name of the program's own is assumed, which other languages do not need.
+        self._pass_blanks()
+
+    def _pass_blanks(self) -> None:
+        self.at = _BLANKS.match(self.code, self.at).end()  # type: ignore[union-attr]
+
+    @property
+    def is_at_end(self) -> bool:
+        return self.at >= len(self.code)
+
+    def take(self, pattern: str | re.Pattern[str]) -> re.Match[str] | None:
+        """What stands here, if it is that; the place is after it then."""
+        match = re.compile(pattern).match(self.code, self.at)
+        if match is None or match.end() == self.at:
+            return None
+        self.at = match.end()
+        self._pass_blanks()
+        return match
+
+    def add(self, match: re.Match[str], text: str, group: str | int = 0) -> None:
+        self.words.append(_Word(*match.span(group), text))
+
+    def take_word(self, pattern: str, text: str) -> bool:
+        """Whether that stands here; it is told then."""
+        match = self.take(pattern)
+        if match is not None:
+            self.add(match, text)
+        return match is not None
+
+    def refuse(self, expected_words: str, at: int | None = None) -> UnreadWord:
+        at = self.at if at is None else at
+        word = re.compile(r"[$#]?[A-Z_]+[-+\d.]*|[-+\d.]+|.|$").match(self.code, at)
+        return UnreadWord(at + 1, word[0] if word and word[0] else "the end", self.language, expected_words)
+
+    def take_name(self, names: Mapping[str, str], most: int = 3) -> bool:
+        """Whether one of some names stands here, of up to so many words; the longest is told."""
+        for count in range(most, 0, -1):
+            match = re.compile(rf"[A-Z$_][\w$.]*(?:[ \t]+[A-Z\d][\w.]*){{{count - 1}}}(?![\w=+-])").match(
+                self.code, self.at
+            )
+            if match is not None and (name := " ".join(match[0].split())) in names:
+                self.at = match.end()
+                self._pass_blanks()
+                self.add(match, names[name])
+                return True
+        return False
+
+    def add_code(self, match: re.Match[str]) -> None:
+        """A G or M code; an M code that the language does not have may get a meaning from the set-up."""
+        code = _CODE.fullmatch(match[0])
+        name = f"{code[1]}{code[2]}" if code else match[0]
+        text = self.texts.get(name) or self.texts.get(name.removesuffix(".0"), "")
+        if not text and name[0] == "G":
+            raise self.refuse("a G code that it has", match.start())
+        self.codes.append(name)
+        self.add(match, text or f"not known, and refused (VP002); {describe_remap(name)}")
+
+    def name_parts(self, begin: int, end: int) -> None:
+        """The variables, functions and operators of an expression; raises :class:`UnreadWord` for what is none."""
+        for match in _NAME.finditer(self.code, begin, end):
+            name = match[0]
+            is_index = self.code[match.start() - 1] + self.code[match.end() : match.end() + 1] == "[]"
+            if name[0] == '"' or (is_index and self.dialect == "siemens"):  # of a system variable: $P_EP[X]
+                continue
+            text = OF_EXPRESSIONS.get(self.language, {}).get(name, "") or self.describe_variable(name)
+            if not text and self.dialect == "siemens":
+                text = self.texts.get(name, "")
+            if not text and self.dialect == "siemens" and name not in ("TRUE", "FALSE", "EX", "PI"):
+                text, self.is_doubtful = "a variable of the program, which DEF declares", True
+            if not text and re.fullmatch(r"[A-Z_]+", name) and self.dialect in ("rs274", "fanuc"):
+                digits = re.fullmatch(r"([A-Z]+)\d+", name)
+                raise self.refuse(
+                    "a variable, a number or a function" + " of an expression" * bool(digits), match.start()
+                )
+            if text and name not in self.told_names:
+                self.told_names.add(name)
+                self.add(match, text)
+
+    def describe_variable(self, name: str) -> str:
+        """What a variable is; empty for other words."""
+        if name.startswith("#<"):
+            return "a variable with a name; one whose name begins with _ is of the whole program"
+        if text := describe_variable(name).get(self.language, ""):
+            return text
+        letters = re.fullmatch(r"(R|Q[LRS]?|#)\d+", name)
+        return "" if letters is None else OF_NAMES[self.language].get(letters[1], "")
+
+    def add_address(self, match: re.Match[str], name: str, value: str, text: str) -> None:
+        """A letter or a name with its value."""
+        beside = self._describe_beside(match, name, value)
+        is_number = re.fullmatch(r"[-+]?[ \t]*[\d.,]+|\"[^\"]*\"|", value)
+        mode = re.fullmatch(rf"(AC|IC|DC|ACP|ACN)[ \t]*\([ \t]*({_NUMBER})[ \t]*\)", value)
+        if beside:
+            text = beside
+        elif (is_number or mode) and value and name.removeprefix("I") in "XYZABCUVW" and text.startswith(_OF_AXES):
+            shown_text, end = describe_place(name, mode[2] if mode else value, self.dialect), "; in G91 on by that much"
+            if find_machine_code(self.code, self.dialect):
+                text = f"{shown_text.removesuffix(end)}, in machine coordinates"
+            else:
+                is_step = mode is not None and mode[1] == "IC"
+                text = shown_text.removesuffix(end).replace(" to ", " on by ", is_step) if mode else shown_text
+        elif name == "S" and re.search(r"G[ \t]*0*96(?![\d.])", self.code):
+            text = "speed of the surface, in m/min"
+        elif name in ("F", "S") and text in ("feed rate", "spindle speed"):
+            text = siemens.ADDRESSES[name]
+        elif name in "PQLEKR" and (code := self._find_taking_code(name)) and (name != "R" or code[0] == "M"):
+            text = f"a value of {code}"
+        is_known = is_number or mode or not re.search(r"[A-Z#$]", value)
+        self.add(match, text if is_known else f"{text}{_OF_COMPUTED_VALUES}")
+        if not is_number:
+            self.name_parts(match.end() - len(value), match.end())
+
+    def _find_taking_code(self, letter: str) -> str:
+        """The code of the line whose value a letter is, in RS274/NGC and Fanuc; empty where none is."""
+        tables = {"rs274": RS274, "fanuc": _FANUC}
+        if self.dialect not in tables:
+            return ""
+        table = tables[self.dialect]
+        for one in _CODE.finditer(self.code):
+            number, of_code = float(one[2]), table.words_of_g if one[1] == "G" else table.words_of_m
+            if letter in of_code.get(round(10 * number if one[1] == "G" else number), ""):
+                return f"{one[1]}{one[2]}"
+        return ""
+
+    def _describe_beside(self, match: re.Match[str], name: str, value: str) -> str:
+        """What a letter means beside the codes of its line; empty where none tells."""
+        of_codes = OF_LETTERS.get(self.dialect, {})
+        codes = self.codes
+        if self.dialect in ("rs274", "fanuc"):
+            found = [f"{one[1]}{one[2]}" for one in re.finditer(rf"(?<![A-Z_#<]){_CODE.pattern}", self.code)]
+            if self.dialect == "fanuc" and {"G65", "G66"} & set(found):
+                begin = re.search(r"G[ \t]*0*6[56](?![\d.])", self.code)
+                before = self.code[begin.end() if begin else 0 : match.start()]
+                number = number_argument("".join([*re.findall(r"[A-Z](?=[ \t]*[-+#\[\d.])", before), name]))
+                if number and name not in "PLNO":
+                    return f"argument #{number} of the macro"
+            kind = re.search(r"(?<![A-Z])L[ \t]*0*(\d+)", self.code)
+            codes = [f"G10 L{kind[1]}", *found] if "G10" in found and kind else found
+            codes = sorted(codes, key=lambda one: one in BESIDE_MOTION)
+        beside = next((one for one in codes if name in of_codes.get(one, {})), "")
+        value = value.strip().removeprefix("+").rstrip(".")
+        return of_codes[beside][name].format(value) if beside else ""
+
+
+def describe_pasted(line: str) -> list[str]:
+    """The words of a line, each with what it does below it, by language; empty for a line without words.
+
+    Raises
+    ------
+    UnreadWord
+        No language can read the whole line.
+    """
+    readers, stops = list[_Reader](), list[UnreadWord]()
+    for dialect, read in _READERS.items():
+        reader = _Reader(line, dialect)
+        try:
+            read(reader)
+        except UnreadWord as stop:
+            stops.append(stop)
+        else:
+            readers.append(reader)
+    readers = [one for one in readers if not one.is_doubtful] or readers
+    if not readers and stops:
+        last = max(stops, key=lambda stop: stop.column)
+        languages = [
+            stop.languages for stop in stops if (stop.column, stop.expected_words) == (last.column, last.expected_words)
+        ]
+        raise UnreadWord(last.column, last.word, ", ".join(languages), last.expected_words)
+    found = dict[tuple[int, int], dict[str, list[str]]]()
+    for reader in readers:
+        for word in reader.words:
+            texts = found.setdefault((word.begin, -word.end), {})
+            texts.setdefault(word.text, []).append(reader.language)
+    lines = list[str]()
+    for (begin, end), texts in sorted(found.items()):
+        lines += [" ".join(line[begin:-end].split()), *(f"  {', '.join(of)}: {text}" for text, of in texts.items())]
+    return lines
+
+
+# --- RS274/NGC and Fanuc -------------------------------------------------------------------------
+
+
+def _read_macro(r: _Reader) -> None:
+    """A line of RS274/NGC or Fanuc."""
+    is_fanuc = r.dialect == "fanuc"
+    keywords = OF_EXPRESSIONS["Fanuc"]
+    letters = OF_NAMES[r.language]
+    r.take_word(r"/\d?", _OF_SKIPPED_BLOCKS)
+    while not r.is_at_end:
+        if not is_fanuc and r.take_word(
+            r"\([ \t]*(?:MSG|DEBUG|PRINT|LOG)[ \t]*,[^)]*\)", "a message; it moves nothing"
+        ):
+            continue
+        if r.take_word(r"\([^)]*\)|;.*", _REMARK) or r.take_word("%", "the text of the program begins, or ends"):
+            continue
+        if match := r.take(rf"(?:O|{':' if is_fanuc else 'O'})[ \t]*(?:<[^<>]*>|\d+|{_MACRO_VARIABLE}|{_BRACKET})"):
+            keyword = None if is_fanuc else r.take(rf"(?:{'|'.join(sorted(KEYWORDS, key=len, reverse=True))})(?![A-Z])")
+            r.add(match, "label of this O word" if keyword else letters["O"])
+            if keyword is not None:
+                r.add(keyword, OF_EXPRESSIONS[r.language][keyword[0]])
+                while value := r.take(_BRACKET):
+                    r.add(
+                        value,
+                        "condition" if keyword[0] in ("IF", "ELSEIF", "WHILE") else f"value of {keyword[0].lower()}",
+                    )
+                    r.name_parts(*value.span())
+        elif match := r.take(rf"({_MACRO_VARIABLE})[ \t]*=[ \t]*"):
+            name = match[1]
+            r.add(match, f"sets {name}: {r.describe_variable(name) or letters['#']}", 1)
+            r.told_names.add(name)
+            _take_macro_value(r)
+        elif is_fanuc and (match := r.take(r"(IF|WHILE|THEN|GOTO|DO|END)(?![A-Z])")):
+            r.add(match, keywords[match[0]])
+            if match[0] != "THEN":
+                _take_macro_value(r)
+            after = {"IF": ("GOTO or THEN", r"(?=GOTO|THEN)"), "WHILE": ("DO and a number", r"(?=DO)")}.get(match[0])
+            if after and not re.compile(after[1]).match(r.code, r.at):
+                raise r.refuse(after[0])
+        elif is_fanuc and (match := r.take(rf",[ \t]*([RCA])[ \t]*({_MACRO_VALUE})")):
+            r.add_address(match, match[1], match[2], OF_CORNERS.get(match[1], "angle of the line").format(match[2]))
+        elif match := r.take(r"[GM][ \t]*\d+(?:\.\d+)?"):
+            r.add_code(match)
+        elif match := r.take(rf"([GMNA-Z@^])[ \t]*({_MACRO_VALUE})"):
+            of_polar = {"@": "polar radius", "^": "polar angle, degrees"}
+            text = of_polar.get(match[1]) or letters.get(match[1], "number that the code of the block takes")
+            r.add_address(match, match[1], match[2], text)
+        else:
+            raise r.refuse("a letter with a value such as X1.5, a G or M code, or #1=2")
+
+
+def _take_macro_value(r: _Reader) -> None:
+    more = rf"(?:{_MACRO_OPERATOR}(?:{_MACRO_VALUE}))*" if r.dialect == "fanuc" else ""
+    value = r.take(rf"(?:{_MACRO_VALUE}){more}")
+    if value is None:
+        raise r.refuse("a number, a variable or an expression in [ ]")
+    r.name_parts(*value.span())
+
+
+# --- Siemens -------------------------------------------------------------------------------------
+
+
+def _read_siemens(r: _Reader) -> None:
+    r.take_word(r"/\d?", _OF_SKIPPED_BLOCKS)
+    if match := r.take(r"[A-Z_]\w+[ \t]*:(?!=)"):
+        if match[0].rstrip(" \t:") in r.texts:
+            raise r.refuse("a label, or a word", match.start())
+        r.add(match, "label, to which GOTOF, GOTOB and GOTO jump")
+    while not r.is_at_end:
+        if r.take_word(";.*", _REMARK) or r.take_word("%.*", "the text of the program begins: its name"):
+            continue
+        if match := r.take(rf"([$A-Z_][\w$]*(?:[ \t]*{_BRACKET})?)[ \t]*=[ \t]*(?!=)"):
+            _read_assignment(r, match)
+        elif match := r.take(rf"([$A-Z_][\w$]*)[ \t]*(?=\()({_PARENTHESES})"):
+            _read_call(r, match)
+        elif match := r.take(r"G[ \t]*\d+(?![\w.])|M[ \t]*\d+(?![\w.])|G\d+(?=[A-Z])|M\d+(?=[A-Z])"):
+            r.add_code(match)
+        elif match := r.take(rf"([A-Z])[ \t]*({_NUMBER})(?!\d)"):
+            if match[1] not in siemens.ADDRESSES or match[1] in "GM":
+                raise r.refuse("a word of Siemens", match.start())
+            r.add_address(match, match[1], match[2], siemens.ADDRESSES[match[1]])
+        elif match := r.take(r"[A-Z_]\w*"):
+            _read_bare(r, match)
+        else:
+            raise r.refuse("a word such as X1.5, CR=2 or TRAORI, or a variable such as R1=2")
+
+
+def _read_assignment(r: _Reader, match: re.Match[str]) -> None:
+    value = r.take(_SIEMENS_VALUE)
+    if value is None:
+        raise r.refuse("a value")
+    name = match[1].split("[")[0].strip()
+    whole = re.compile(re.escape(r.code[match.start() : value.end()])).match(r.code, match.start())
+    assert whole is not None
+    if name in siemens.ADDRESSES:
+        r.add_address(whole, name, value[0], siemens.ADDRESSES[name])
+    elif text := r.texts.get(name) or r.describe_variable(name):
+        r.add(match, f"sets {match[1]}: {text}" if r.describe_variable(name) else text, 1)
+        r.told_names.add(name)
+        r.name_parts(*value.span())
+    else:
+        r.is_doubtful = True
+        r.add(match, f"sets {match[1]}, a variable of the program, which DEF declares", 1)
+        r.name_parts(*value.span())
+
+
+def _read_call(r: _Reader, match: re.Match[str]) -> None:
+    name = match[1]
+    if name in ("IF", "WHILE", "UNTIL", "CASE"):
+        r.add(match, r.texts[name], 1)
+        r.name_parts(*match.span(2))
+        more = r.take(rf"{_OPERATOR}{_SIEMENS_VALUE}")
+        if more is not None:
+            r.name_parts(*more.span())
+        return
+    why_refused = siemens.explain_refusal(name)
+    text = r.texts.get(name) or ("" if why_refused is None else f"not executed: {why_refused}")
+    if not text and re.match(r"CYCLE|E_|F_", name):
+        raise r.refuse("a cycle that it has", match.start())
+    r.is_doubtful |= not text
+    r.add(match, text or "calls a subprogram of this name with these values; PROC begins it", 1)
+    names = list_parameters().get(name)
+    if names is None:
+        if r.code[match.start(2) + 1 : match.end(2) - 1].strip():
+            r.add(match, "its values", 2)
+            r.name_parts(*match.span(2))
+        return
+    for own, value in zip(names, VALUE_OF_CALL.finditer(r.code, match.start(2) + 1), strict=False):
+        if value[1].strip():
+            meaning = siemens.CYCLE_VALUES.get(own, "")
+            r.words.append(_Word(*value.span(1), f"{own} of {name}{': ' * bool(meaning)}{meaning}"))
+        if value[2] != ",":
+            return
+    if r.code[match.start(2) + 1 : match.end(2) - 1].count(",") >= len(names):
+        raise r.refuse(f"at most {len(names)} values of {name}", match.start())
+
+
+def _read_bare(r: _Reader, match: re.Match[str]) -> None:
+    """A word without a value, and what belongs to it: a label, a condition, a declaration."""
+    name = match[0]
+    text = r.texts.get(name, "")
+    needs_value = (*siemens.ADDRESSES, *siemens.VALUE_MODES, *OF_EXPRESSIONS["Siemens"])
+    if not text or (name in needs_value and name != "M1"):
+        raise r.refuse("a word such as X1.5, CR=2 or TRAORI, or a variable such as R1=2", match.start())
+    r.add(match, text)
+    r.codes.append(name)
+    if name in ("IF", "WHILE", "UNTIL", "CASE"):
+        value = r.take(_SIEMENS_VALUE)
+        if value is None:
+            raise r.refuse("a condition")
+        r.name_parts(*value.span())
+        r.take_word(r"OF\b", "the values follow, each with the jump to its label")
+        while number := r.take(rf"{_NUMBER}(?=[ \t]+GOTO)"):
+            r.add(number, "if the value is this")
+            jump = r.take(r"GOTO[FBC]?")
+            label = r.take(r"\w+")
+            if jump is None or label is None:
+                raise r.refuse("GOTOF and a label")
+            r.add(jump, r.texts[jump[0]])
+            r.add(label, "the label, or block, to which it jumps")
+        r.take_word(r"DEFAULT\b", "if the value is none of them")
+    elif name.startswith("GOTO"):
+        r.take_word(rf"{_TEXT}|\w+", "the label, or block, to which it jumps")
+    elif name in ("REPEAT", "REPEATB"):
+        while r.take_word(r"(?!P[ \t]*=)[A-Z_]\w*", "a label of the lines that are repeated"):
+            pass
+    elif name in ("CALL", "EXTCALL", "EXTERN"):
+        r.take_word(rf"{_TEXT}|[A-Z_]\w*(?:[ \t]*{_PARENTHESES})?", "the subprogram")
+    elif name == "FOR":
+        counter = r.take(r"([A-Z_]\w*)[ \t]*=[ \t]*")
+        first, to, last = r.take(_SIEMENS_VALUE), r.take(r"TO\b"), r.take(_SIEMENS_VALUE)
+        if counter is None or first is None or to is None or last is None:
+            raise r.refuse("a variable, its first value, TO, and its last value")
+        r.add(counter, "the variable that counts", 1)
+        r.add(to, OF_EXPRESSIONS["Siemens"]["TO"])
+    elif name in ("DEF", "PROC"):
+        _read_declaration(r, name)
+
+
+def _read_declaration(r: _Reader, name: str) -> None:
+    if name == "PROC":
+        r.take_word(r"[A-Z_]\w*", "the name of the subprogram")
+        r.take_word(_PARENTHESES, "its parameters, each with its type")
+        return
+    kinds = {**OF_EXPRESSIONS["Siemens"], "AXIS": "the name of an axis, as a type", "FRAME": "a frame, as a type"}
+    if not any(r.take_word(rf"{kind}\b(?:[ \t]*\[\d+\])?", text) for kind, text in kinds.items()):
+        raise r.refuse("a type: REAL, INT, BOOL, CHAR, STRING")
+    while variable := r.take(rf"([A-Z_]\w*(?:[ \t]*{_BRACKET})?)(?:[ \t]*=[ \t]*(?:{_SIEMENS_VALUE}))?[ \t]*,?"):
+        r.add(variable, "a variable of the program; its value is 0, or the one given", 1)
+
+
+# --- Klartext ------------------------------------------------------------------------------------
+
+
+def _read_klartext(r: _Reader) -> None:
+    r.take_word(r"/", _OF_SKIPPED_BLOCKS)
+    r.take_word(r"\d+(?=[ \t]+\S)", "block number")
+    r.take_word(r"DECLARE[ \t]+STRING\b(?=[ \t]+QS)", "a text parameter follows")
+    if r.take_word(r"\*.*|;.*", "a remark, or the title of a section; it moves nothing"):
+        return
+    if not (match := _take_statement(r)):
+        first = re.compile(r"([A-Z]+)[ \t]+").match(r.code, r.at)
+        seconds = [one.split()[1] for one in klartext.STATEMENTS if first and one.startswith(f"{first[1]} ")]
+        if first and seconds:
+            raise r.refuse(f"{' or '.join(seconds)} after {first[1]}", first.end())
+        raise r.refuse("a statement such as L, CYCL DEF or TOOL CALL")
+    name = " ".join(match[0].split())
+    if name in ("PLANE", "FUNCTION", "TRANS", "APPR", "DEP", "CYCL"):
+        own = WORDS_OF_STATEMENTS[name]
+        if not any(re.compile(rf"{re.escape(one)}(?!\w)").match(r.code, r.at) for one in own):
+            raise r.refuse(f"a word of {name}")
+    if name in ("BEGIN PGM", "END PGM"):
+        r.take_word(r".*?(?=[ \t]+(?:MM|INCH)[ \t]*$)", "name of the program")
+        r.take_word(r"MM|INCH", "unit of all lengths")
+    elif name == "FN":
+        _read_fn(r)
+    elif name in ("LBL", "CALL LBL", "CALL PGM", "SEL TABLE", "TOOL CALL", "TOOL DEF", "CALL SELECTED PGM"):
+        whose = {
+            "L": "label: its number or name",
+            "P": "the program",
+            "T": "the datum table",
+            "D": "tool: its number or name",
+        }
+        what = whose[
+            "T" if name == "SEL TABLE" else "P" if name.endswith("PGM") else "L" if name.endswith("LBL") else "D"
+        ]
+        pattern = r"[^\s;~]+" if name == "CALL PGM" else r"\d+(?:\.\d+)?|QS?\d+"
+        r.take_word(rf"{_TEXT}|{pattern}", what)
+    elif name == "CYCL DEF":
+        _read_cycle(r)
+    elif re.fullmatch(r"Q[LRS]?", name):
+        _read_formula(r, match)
+    r.codes += [name, " ".join(name.split()[:2])]
+    while not r.is_at_end:
+        if r.take_word(r";.*?(?=~|$)", _REMARK) or r.take_word("~", "the statement goes on in the next line"):
+            continue
+        _read_klartext_word(r, name)
+
+
+def _take_statement(r: _Reader) -> re.Match[str] | None:
+    """The keyword of a statement, which is told; M, F, S and compensation are words, and stay."""
+    firsts = {name.split()[0] for name in klartext.STATEMENTS if " " in name} | {"PLANE", "FUNCTION", "TRANS"}
+    phrases = {name for name in r.texts if " " in name and name.split()[0] in firsts}
+    phrases = {name for name in phrases if not re.fullmatch(r"CYCL DEF \d+", name)}
+    names = sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
+    for name in names:
+        pattern = r"[ \t]+".join(map(re.escape, name.split()))
+        if name in ("M", "F", "S", "R0", "RL", "RR"):
+            if re.compile(rf"{name}[ \t]*[\d.,QMAU]" if len(name) == 1 else rf"{name}(?!\w)").match(r.code, r.at):
+                return re.compile(r"").match(r.code, r.at)
+            continue
+        behind = {"L": r"(?=[ \t]|$)", "C": r"(?=[ \t]|$)"}
+        end = behind.get(name, r"(?=[ \t]*\d+[ \t]*=)" if name[0] == "Q" else r"(?![A-Z])")
+        if match := r.take(rf"{pattern}{end}"):
+            text = r.texts.get(name, "")
+            if name in klartext.REFUSED_STATEMENTS:
+                r.add(match, text)
+                r.take_word(r"[^;]+", "its values")
+            elif name[0] != "Q" and name not in ("CYCL DEF", "FN"):
+                r.add(match, text)
+            return match
+    return None
+
+
+def _read_fn(r: _Reader) -> None:
+    match = r.take(r"(\d+)[ \t]*:")
+    name = f"FN {int(match[1])}" if match else ""
+    if match is None or name not in r.texts:
+        raise r.refuse("the number of a function of FN, and a colon")
+    begin = r.code.rindex("FN", 0, match.start())
+    r.words.append(_Word(begin, match.end(1), r.texts[name]))
+    if int(match[1]) > 13:
+        r.take_word(r"[^;]+", "what it is about")
+        return
+    while not r.is_at_end and r.code[r.at] != ";":
+        if variable := r.take(r"[-+]?(Q[LRS]?\d+)"):
+            r.add(variable, r.describe_variable(variable[1]))
+        elif not (r.take(r"[-+*/=]|[-+]?[\d.,]+") or r.take_word(_TEXT, "a label") or r.take_name(OF_FN, 2)):
+            raise r.refuse("a number, a Q parameter, or a word of FN")
+
+
+def _read_formula(r: _Reader, keyword: re.Match[str]) -> None:
+    match = r.take(r"(\d+)[ \t]*=[ \t]*")
+    assert match is not None
+    name = f"{keyword[0]}{match[1]}"
+    of_cycles = klartext.describe_parameter(int(match[1])) if keyword[0] == "Q" else ""
+    text = f"sets {name}: {r.describe_variable(name)}{f'; in cycles: {of_cycles}' * bool(of_cycles)}"
+    r.words.append(_Word(keyword.start(), match.end(1), text))
+    while not r.is_at_end and r.code[r.at] not in ";~":
+        if variable := r.take(r"Q[LRS]?\d+"):
+            r.add(variable, r.describe_variable(variable[0]))
+        elif not (r.take(rf"[-+*/^()%|]|[\d.,]+|{_TEXT}") or r.take_name(OF_FORMULAS, 1)):
+            raise r.refuse("a number, a Q parameter, a function or a sign of a formula")
+
+
+def _read_cycle(r: _Reader) -> None:
+    match = r.take(r"(\d+)(?:\.\d+)?")
+    name = f"CYCL DEF {int(match[1])}" if match else ""
+    if match is None or name not in r.texts:
+        raise r.refuse("the number of a cycle that it has")
+    begin = r.code.rindex("CYCL", 0, match.start())
+    r.words.append(_Word(begin, match.end(), r.texts[name]))
+    r.codes.append(name)
+    if not re.compile(r"(?:ROT|SCL|F|V\.?ZEIT|DWELL)[ \t]*[-+\d]|[TPR]?I?[A-Z]?[ \t]*[-+\d#]|Q\d").match(r.code, r.at):
+        r.take_word(
+            r"(?![XYZ](?!\w))[A-Z][^\d~;=#]*?(?=[ \t]*(?:~|;|$)|[ \t]+(?:Q\d|[XYZABC][-+\d]))",
+            "name of the cycle; it is a remark",
+        )
+
+
+def _read_klartext_word(r: _Reader, statement: str) -> None:
+    first = statement.partition(" ")[0]
+    own = WORDS_OF_STATEMENTS.get(first, {})
+    names = "|".join(map(re.escape, sorted(own, key=len, reverse=True)))
+    if match := r.take(rf"(Q\d+)[ \t]*=[ \t]*(FMAX|FAUTO|PREDEF|{_KLARTEXT_NUMBER})"):
+        meaning = klartext.describe_parameter(int(match[1][1:])) or "a value of the cycle"
+        is_number = re.fullmatch(r"[-+ \d.,]+|F\w+|PREDEF", match[2])
+        r.add(match, meaning if is_number else f"{meaning}{_OF_COMPUTED_VALUES}")
+    elif re.compile(r"F[ \t]*(?:MAX|AUTO)(?![A-Z])").match(r.code, r.at):
+        match = r.take(r"F[ \t]*(MAX|AUTO)")
+        assert match is not None
+        r.add(match, klartext.WORDS["FMAX" if match[1] == "MAX" else "F AUTO"])
+    elif own and (match := r.take(rf"({names})[ \t]*:?[ \t]*({_KLARTEXT_NUMBER})")):
+        r.add_address(match, match[1], match[2], own[match[1]])
+    elif r.take_name({**klartext.WORDS, **own}, 2):
+        pass
+    elif own and (match := r.take(rf"({names})(?![A-Z])")):
+        r.add(match, own[match[1]])
+    elif first == "PATTERN" and r.take(r"[()]"):
+        pass
+    elif match := r.take(WORD_OF_KLARTEXT):
+        _add_klartext_word(r, match, statement)
+    elif statement in ("RND", "CHF", "CYCL DEF", "CALL LBL", "TRANS") and (match := r.take(_KLARTEXT_NUMBER)):
+        r.add(match, {"RND": "radius", "CHF": "length on each line"}.get(statement, "its value"))
+    elif first in _WITH_BARE_AXES and (match := r.take(r"[XYZ](?![\w+-])")):
+        r.add(match, "the tool axis" if statement[:4] in ("TOOL", "BLK ") else "mirror image of this axis")
+    else:
+        raise r.refuse(f"a word of {statement or 'a block'}, such as X+10, F500, FMAX or M3")
+
+
+def _add_klartext_word(r: _Reader, match: re.Match[str], statement: str) -> None:
+    begin = match.end() - len(match[0].lstrip())
+    word = re.compile(re.escape(match[0].lstrip())).match(r.code, begin)
+    assert word is not None
+    if match["m"]:
+        r.add_code(word)
+    elif match["name"]:
+        name, value = match["name"], match["value"]
+        text = LETTERS_OF_KLARTEXT.get(name) or OF_NAMES["Klartext"].get(name, "") or r.texts.get(name, "")
+        last = r.codes[-1] if r.codes else ""
+        if name == "F" and statement == "TOOL CALL":
+            text = "feed rate in mm/min, from here on and of F AUTO"
+        elif name == "F":
+            in_force = klartext.STATEMENTS["F"] if statement != "RND" else "feed rate of this rounding alone"
+            in_force = "feed rate of the turn of the rotary axes" if statement.startswith("PLANE") else in_force
+            text = klartext.FEED_OF_FUNCTIONS.get(last, in_force)
+        elif name == "R" and not statement:
+            text = "radius"
+        r.add_address(word, name, value, text or WORDS_OF_STATEMENTS["*"].get(name, f"a value of {statement}"))
+    elif match["comp"]:
+        r.add(word, klartext.STATEMENTS.get(match["comp"], "compensation of a move along one axis, which is refused"))
+    elif match["rotation"]:
+        r.add(word, LETTERS_OF_KLARTEXT["".join(match["rotation"].split())])
+    elif match["max"]:
+        r.add(word, "retracts to the end of the travel")
+    elif match["axis"]:
+        r.add(word, "the rotary axis that the M function is for")
+    else:
+        r.add(word, klartext.WORDS["R F M"])
+
+
+# --- CL files --------------------------------------------------------------------------------------
+
+
+def _read_apt(r: _Reader) -> None:
+    r.take_word(r"\d+(?=[ \t]+[A-Z])", "number of the line")
+    if r.take_word(
+        r"[-+]?[\d.][-+.,\dED \t]*,[-+.,\dED \t]*\$?$", "numbers of the statement that the line before begins"
+    ):
+        return
+    if r.take_word(r"\$\$.*", "a remark; a system of coordinates in it counts"):
+        return
+    free = ("PARTNO", "PPRINT", "REMARK", "INSERT")
+    with_slash = r"(TLON)[ \t]*,[ \t]*GOFWD(?=[ \t]*/)|TOOL[ \t]+PATH(?=[ \t]*/)|END-OF-PATH"
+    major = r.take(rf"{with_slash}|(?:{'|'.join(free)})|[A-Z][A-Z\d_]*(?=[ \t]*(?:/|\$\$|$))")
+    name = "" if major is None else major[1] or " ".join(major[0].split())
+    text = r.texts.get(name, "")
+    if major is None or not text:
+        raise r.refuse("a statement of CL files such as GOTO/1,2,3", None if major is None else major.start())
+    r.add(major, text)
+    r.take("/")
+    own = apt.WORDS_OF.get(name, {})
+    if name in (*free, *apt.REMARKS, *apt.WITHOUT_EFFECT, *apt.REFUSED_WORDS, "TOOL PATH", "TOOLNO"):
+        r.take_word(r".+", "its text")
+        return
+    last = name
+    while not r.is_at_end:
+        if r.take_word(r"\$\$.*", _REMARK) or r.take_word(r"\$.*", "the statement goes on in the next line"):
+            continue
+        if r.at >= _CARD_COLUMNS and r.take_word(r"[A-Z]{2,3} +\d+$", "the name that the CAM system gives the point"):
+            continue
+        number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?"
+        if match := r.take(rf"{number}(?:[ \t]*,[ \t]*{number})*(?![\w.])"):
+            n_numbers = match[0].count(",") + 1
+            of_numbers = apt.NUMBERS_OF.get((last, n_numbers)) or apt.NUMBERS_OF.get((last, 0))
+            r.add(match, of_numbers or (f"value of {last}" if last != name else f"value of {name}"))
+        elif match := r.take(r"[A-Z\d][A-Z\d_-]*"):
+            if match[0] not in own:
+                raise r.refuse(f"{', '.join(own) or 'numbers'} after {name}/", match.start())
+            r.add(match, own[match[0]])
+            last = match[0]
+        elif not r.take(r"[,()/=]+"):
+            raise r.refuse("numbers and words between commas")
+
+
+_READERS: Final[Mapping[str, Callable[[_Reader], None]]] = {
+    "rs274": _read_macro,
+    "fanuc": _read_macro,
+    "siemens": _read_siemens,
+    "heidenhain": _read_klartext,
+    "aptcl": _read_apt,
+}
