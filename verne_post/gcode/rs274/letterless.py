@@ -101,7 +101,7 @@ def refuse_letterless(text: str) -> None:
             has_no_point = match["own"].isdigit() or number.isdigit()
             if has_no_point and number[0] not in "+-" and letter in "XYZABCIJKRFS":
                 such = f"{', '.join(others)} or {last}" if others else last
-                meaning = f"write its letter, such as {such}; or {letter}{match['own']}{number} without the blank"
+                meaning = f"write its letter, such as {such}; or {''.join(match[0].split())} without the blank"
             else:
                 meaning = (
                     f"write its letter, such as {', '.join(others)} or {last}" if others else f"did you mean {last}?"
