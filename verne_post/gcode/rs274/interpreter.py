@@ -68,7 +68,7 @@ _CODES_BESIDE: Final = {"H": ("G43",), "D": ("G41", "G42")}
 #: Letters -> those of motion, codes, feed and speed whose keys are beside.
 _KEYS_OF_WORDS: Final = {
     "A": "ZS", "B": "G", "C": "XF", "D": "FSX", "E": "S", "H": "GY", "I": "", "J": "M", "K": "M", "N": "M", "R": "F",
-    "T": "FGY", "U": "Y", "V": "FG", "W": "S",
+    "T": "FGY", "U": "Y", "V": "GF", "W": "S",
 }  # fmt: skip
 _LEAST_SPEED: Final = 30  #: Numbers of F and S are not below it, as a rule.
 #: Words of G83 that no other block of G93 has.
@@ -387,12 +387,14 @@ class Rs274(Language):
         for near in _KEYS_OF_WORDS.get(letter, ""):
             is_free = near not in block.words
             if near == "G":
-                is_free = value in (0, 1) and "G" not in {code[0] for code in block.codes}
-                is_free = is_free and not {*AXES}.isdisjoint(block.words)
+                has_axes = not {*AXES}.isdisjoint(block.words.keys() - {letter})
+                group = self.table.group_of_g.get(round(10 * value))
+                groups = {self.table.group_of_g.get(round(10 * code[1])) for code in block.codes if code[0] == "G"}
+                is_free = group not in (None, *groups) and (letter != "H" or (value in (0, 1) and has_axes))
             elif near == "M":
                 is_free = value in self.table.group_of_m
             elif near in "FS":
-                is_free = is_free and value >= _LEAST_SPEED
+                is_free = is_free and value >= _LEAST_SPEED and not any(one[0] == "G" for one in found)
             elif near in AXES:
                 is_free = is_free and near in self.setup.axes and (letter not in "DHT" or value != int(value))
             if is_free:
