@@ -28,7 +28,7 @@ _UNSET_NUMBER: Final = re.compile(r"#(\d+) may have a value at the machine")
 _RUNS_ON: Final = re.compile(r"the program runs on into O\d+; write M30 or M2 before it")
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
 _OPEN_LOST: Final = re.compile(r"[^\[\]]{1,40}\]")
-_SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
+_SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
 _LESS_BEHIND: Final = re.compile(r"#([A-Z_])<(\w{0,40})>", re.IGNORECASE)
 _BARE_NAME: Final = re.compile(r"[ \t]*(<[^<>=]+>)[ \t]*=")
 _USELESS_P: Final = "nothing in the block uses P"

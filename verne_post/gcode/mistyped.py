@@ -76,7 +76,7 @@ _WRONG_ORDER: Final = (
         _BEFORE_LETTER,
         r"\2\1\3",
     ),
-    (re.compile(r"(#)([A-Z])(\d+)(?![\w.])", re.IGNORECASE), "the # before its letter", r"\2\1\3"),
+    (re.compile(r"(#)(?![LI])([A-Z])(\d+)(?![\w.])", re.IGNORECASE), "the # before its letter", r"\2\1\3"),
     (re.compile(r"(?<![\w#>])([A-Z])=([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE), _NO_EQUALS, r"\1\2"),
     (re.compile(r"(#)[lI](\d*)(?!\w)"), "a letter in a number", r"\g<1>1\2"),
     (re.compile(r"(?<=[\[ =+*/-])()[lI]()(?=[ \t]*\])"), "a letter in a number", "1"),
@@ -294,7 +294,7 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         edit = Remedy("write ,", ",", line=item.line, misspelt=";")
         message = "; begins a remark, and the bracket before it is open; write , in its place"
         return replace(item, message=message, column=remark.start() + 1, edits=(edit,))
-    is_remark = item.code in ("VP001", "VP023") and dialect in _BLOCKS
+    is_remark = ")" in text and item.code in ("VP001", "VP023") and dialect in _BLOCKS  # else it takes long
     if is_remark and (match := _REMARK.match(text)) and item.column <= match.end():
         wrong = match[0][match.start(1) - match.start() :]
         edit = Remedy(f"write ({wrong}", f"({wrong}", line=item.line, misspelt=wrong)
