@@ -304,7 +304,7 @@ def _read_o_word(reader: ValueReader) -> OWord:
         o = OWord(label, None, reader, reader.at, begin)
         if reader.at < len(characters) and characters[reader.at] != "(":
             word = re.split(r"\W", characters[reader.at :])[0]
-            if re.fullmatch(r"O[\dO]*\d[\dO]*", word) and label is not None and label.isdigit():
+            if re.fullmatch(r"O(?=O*\d)[\dO]+", word) and label is not None and label.isdigit():
                 wrong = characters[begin - 1 : reader.at] + word
                 right = f"O{wrong[1:].replace('O', '0')}"
                 message = f"{wrong}: the letter O in a number; did you mean {right}?"
