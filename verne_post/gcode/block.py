@@ -70,6 +70,8 @@ _M_BEHIND_NUMBER: Final = re.compile(r"N0?(\d{1,2})(?![\d.])", re.IGNORECASE)
 _NAME_WITHOUT_HASH: Final = re.compile(r"3(<[^<>]+>)")
 _CODES_WITH_POINT: Final = ("5.1", "05.1", "43.4", "43.5", "53.1", "54.1", "54.2", "68.2", "68.3")
 _BARE_NUMBER: Final = re.compile(r"[-+]?[\d.]*")
+#: A name that is set, without its #.
+_BARE_NAME: Final = re.compile(r"<[^<>=]+>(?==)")
 
 
 class OWord(Struct, frozen=True):
@@ -302,7 +304,7 @@ def _read_o_word(reader: ValueReader) -> OWord:
         o = OWord(label, None, reader, reader.at, begin)
         if reader.at < len(characters) and characters[reader.at] != "(":
             word = re.split(r"\W", characters[reader.at :])[0]
-            if re.fullmatch(r"O[\dO]*\d[\dO]*", word) and label is not None and label.isdigit():
+            if re.fullmatch(r"O(?=O*\d)[\dO]+", word) and label is not None and label.isdigit():
                 wrong = characters[begin - 1 : reader.at] + word
                 right = f"O{wrong[1:].replace('O', '0')}"
                 message = f"{wrong}: the letter O in a number; did you mean {right}?"
@@ -397,12 +399,16 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
             return f"{number}: a sign without a number; write the number, or brackets around an expression: X[5+#1]"
         if (first or has_number) and number in _CODES_WITH_POINT:
             return f"{number}: a number without a letter before it; did you mean G{number}?"
+        if first and number.isdigit() and reader.characters[at + len(number) :].startswith("="):
+            return f"{number}: a number without a letter before it; did you mean #{number}?"
         code = "G" if len(number) <= len("99") else "S"
         code += "M" if number in _NUMBERS_OF_M else ""
         letters = (f"N{code}" if first else code) if number.isdigit() and (first or has_number) else "XYZ"
         *some, last = [f"{letter}{number}" for letter in letters]
         such = f"{', '.join(some)} or {last}" if some else last
         return f"{number}: a number without a letter before it; write its letter, such as {such}"
+    if first and (name := _BARE_NAME.match(reader.characters, at)):
+        return f"{name[0]}: a name without # before it; did you mean #{name[0]}?"
     if character == "/" and not first:
         return "'/' may only be the first character of a block"
     if character == ")":

@@ -120,7 +120,7 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
 
 
 #: M codes that a code with a digit twice may be meant for, as M330; M11 and M22 are of builders, as clamps.
-_OFTEN_MEANT: Final = frozenset({3, 5, 8, 9, 30})
+_OFTEN_MEANT: Final = frozenset({3, 5, 8, 9, 30, 98, 99})
 
 
 def drop_doubled_digits(digits: str) -> set[str]:

@@ -13,6 +13,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name_pasted, translate_pasted
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
+from verne_post.gcode.block_slips import explain_slip, write_letters
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
 
@@ -75,7 +76,7 @@ _WRONG_ORDER: Final = (
         _BEFORE_LETTER,
         r"\2\1\3",
     ),
-    (re.compile(r"(#)([A-Z])(\d+)(?![\w.])", re.IGNORECASE), "the # before its letter", r"\2\1\3"),
+    (re.compile(r"(#)(?![LI])([A-Z])(\d+)(?![\w.])", re.IGNORECASE), "the # before its letter", r"\2\1\3"),
     (re.compile(r"(?<![\w#>])([A-Z])=([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE), _NO_EQUALS, r"\1\2"),
     (re.compile(r"(#)[lI](\d*)(?!\w)"), "a letter in a number", r"\g<1>1\2"),
     (re.compile(r"(?<=[\[ =+*/-])()[lI]()(?=[ \t]*\])"), "a letter in a number", "1"),
@@ -257,6 +258,10 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
     if item.code in ("VP017", "VP026") and dialect in _BLOCKS and _TURN_ON_CONTOUR.search(item.message):
         return _name_linear_axis(item, remove_remarks(text, dialect))
+    if dialect in _BLOCKS and text and (slip := explain_slip(source, text, item, dialect)) is not None:
+        if slip.edits:
+            return slip
+        item = slip
     if item.line is None or item.column is None:
         return item
     if (paste := _find_pasted(text, item, dialect)) is not None:
@@ -289,7 +294,7 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         edit = Remedy("write ,", ",", line=item.line, misspelt=";")
         message = "; begins a remark, and the bracket before it is open; write , in its place"
         return replace(item, message=message, column=remark.start() + 1, edits=(edit,))
-    is_remark = item.code in ("VP001", "VP023") and dialect in _BLOCKS
+    is_remark = ")" in text and item.code in ("VP001", "VP023") and dialect in _BLOCKS  # else it takes long
     if is_remark and (match := _REMARK.match(text)) and item.column <= match.end():
         wrong = match[0][match.start(1) - match.start() :]
         edit = Remedy(f"write ({wrong}", f"({wrong}", line=item.line, misspelt=wrong)
@@ -343,6 +348,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
                 message, begin, *_words = _report(match, "the letter l in a number", f"{match[0][:-1]}1")
                 item = replace(item, code="VP001", message=message, column=begin + 1)
     correction, begin = find_correction(item.message), (item.column or 1) - 1
+    if correction is None and dialect in _BLOCKS and item.code == "VP001":
+        item = write_letters(text, item)
     if correction is None or item.edits:
         return (
             replace(item, edits=item.edits or _close_quote(text, begin, item.line or 0))

@@ -53,6 +53,8 @@ _VALUE_OF_TOML: Final = re.compile(
 _REPLACE_PASTED: Final = "Replace typographic dashes, quotes and spaces"
 #: What stands before the rest of an expression: without that, a variable would get another value.
 _REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
+#: A word with a number, and a label of RS274/NGC.
+_NUMBERED: Final = re.compile(r"[A-Z]{1,2}[-+]?[\d.]+|o?<[^<>]*>", re.IGNORECASE)
 _PROC: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?PROC\b", re.IGNORECASE)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
@@ -391,7 +393,7 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
         if pasted or not remedy.value:  # what is not seen is named
             title = f"{remedy.text[:1].upper()}{remedy.text[1:]}"
         yield Fix(title, found.path, found.text, at, at + len(written), remedy.value, spells=True, is_choice=is_choice)
-        yield from _translate_everywhere(found) if pasted else _change_everywhere(found, written, remedy)
+        yield from _translate_everywhere(found) if pasted else _change_everywhere(found, item, remedy, written)
         return
     code = remove_remarks(line, _find_dialect(found))
     word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code, re.IGNORECASE)
@@ -522,11 +524,12 @@ _PLACES: Final = {
 _PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_spindle}
 
 
-def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterator[Fix]:
+def _change_everywhere(found: Inspected, item: Finding, remedy: Remedy, written: str) -> Iterator[Fix]:
     """The same correction in all places that are no remarks, where there are several."""
     meant = remedy.value
-    # a sign or a number that is right elsewhere; a quote that is closed there
-    if re.fullmatch(r"\W+|\d+", written) or written.count('"') % 2:
+    # a sign, a number, a word with one or a label that is right elsewhere; a quote or name that is closed there
+    is_right_elsewhere = re.fullmatch(r"\W+|\d+", written) or (item.count == 1 and _NUMBERED.fullmatch(written))
+    if is_right_elsewhere or written.count('"') % 2 or written.count("<") != written.count(">"):
         return
     word, at, words = re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0, list[tuple[int, int, str]]()
     for line in found.text.split("\n"):

@@ -246,7 +246,7 @@ class Outline:
     def find_assignment(self, line: int, column: int) -> Named | None:
         """Where the variable at a place gets its first value."""
         for one in find_names(self.words.use, [remove_remarks(self.lines[line], self.dialect)]):
-            if one.begin <= column <= one.end:
+            if one.words[0] <= column <= one.words[1]:  # also on the # and < before it
                 return next((each for each in self.list_variables() if each.key == one.key), None)
         return None
 

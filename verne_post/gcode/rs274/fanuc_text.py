@@ -26,6 +26,7 @@ _NUMBER_AND_WORDS: Final = re.compile(
 _SLIPS_OF_NUMBER: Final = (
     (re.compile(r"[ \t]*(\d+O\d+)(?=[ \t]*(?:\(|$))", re.IGNORECASE), "a digit before its letter"),
     (re.compile(r"[ \t]*(O\d+O[\dO]*)(?=[ \t]*(?:\(|$))", re.IGNORECASE), "the letter O in a number"),
+    (re.compile(r"[ \t]*(O\d+P[\dP]*)(?=[ \t]*(?:\(|$))", re.IGNORECASE), "the letter P in a number"),
 )
 #: Lines without a program number or an end, up to a ``%`` before a program number.
 _LISTING: Final = re.compile(
@@ -136,7 +137,11 @@ def refuse_letter_in_number(text: str) -> None:
     for pattern, what in _SLIPS_OF_NUMBER:
         if match := pattern.match(text):
             wrong = match[1].upper()
-            right = f"O{wrong.replace('O', '', 1)}" if wrong[0] != "O" else f"O{wrong[1:].replace('O', '0')}"
+            right = (
+                f"O{wrong.replace('O', '', 1)}"
+                if wrong[0] != "O"
+                else f"O{wrong[1:].replace('O', '0').replace('P', '0')}"
+            )
             raise ProgramError("VP001", f"{match[1]}: {what}; did you mean {right}?", match.start(1) + 1)
 
 

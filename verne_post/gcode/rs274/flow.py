@@ -5,6 +5,7 @@ conditions, counters, calls with their arguments and names.
 """
 
 import re
+from collections.abc import Sequence
 from typing import Final
 
 from verne_post.base.numbers import is_count
@@ -23,6 +24,20 @@ MAX_ARGUMENTS: Final = 30
 GIVE_NUMBER: Final = "Give each program another number."
 #: Programs from this number on are protected on Fanuc and Haas controls: macros of the builder, and of probes.
 FIRST_BUILDER_MACRO: Final = 9000
+
+
+#: A line that a slip makes of a program number: O is lost, another key or behind a digit, or digits are letters.
+_MISTYPED_HEAD: Final = re.compile(
+    rb"^[ \t]*(?:N[ \t]*\d+[ \t]*)?([OIKLP]{0,2}\d[\dOPl]{1,9})[ \t]*(?=\(|\r?$)", re.MULTILINE
+)
+_AS_DIGITS: Final = str.maketrans("OPl", "001")
+
+
+def _list_meant_numbers(word: str) -> set[str]:
+    """The numbers of programs of which such a word may be a slip."""
+    behind = word.lstrip("OIKLP")
+    moved_word = f"{word[0]}{word[2:]}" if word[1:2] == "O" else ""
+    return {one.translate(_AS_DIGITS).lstrip("0") for one in (behind, moved_word)}
 
 
 def _holds(o: OWord, line: int) -> bool:
@@ -319,21 +334,21 @@ class Flow:
         is_whole, is_short = self._has_program(label), self._has_program(short)
         if is_whole == is_short:
             near = [] if is_whole else self._find_near_programs(short)
-            bare_line = 0 if is_whole else self._find_bare_number(short)
-            if bare_line:
-                text = f"M98 P{label} calls O{short}, {repeats} times; {self._describe_bare_number(short, bare_line)}"
-                edits = (Remedy(f"write O{short}", f"O{short}", line=bare_line, misspelt=short),)
+            head, edits = ("", ()) if is_whole else self._find_head(short, near)
+            near_numbers = [one for one in near if not head or f"O{one}," in head]
+            if head and not near_numbers:
+                text = f"M98 P{label} calls O{short}, {repeats} times; {head}"
                 raise ProgramError("VP023", text, goes_on=True, edits=edits).advise(GIVE_FILE)
-            numbers = [f"{repeats}{int(one):04d}" for one in near]
+            numbers = [f"{repeats}{int(one):04d}" for one in near_numbers]
             raise ProgramError(
                 "VP023",
                 f"M98 P{label}: {'both' if is_whole else 'neither'} O{label}, which Haas controls call, "
                 f"{'and' if is_whole else 'nor'} O{short}, which Fanuc controls call {repeats} times, "
                 f"{'are' if is_whole else 'is'} in the program or in a file beside it; "
                 + (f"write M98 P{label} L1, or M98 P{short} L{repeats}" if is_whole else "put it there")
-                + (f"; the program has {name_numbers(near, 'O')}" if near else ""),
+                + (f"; {head or 'the program has ' + name_numbers(near, 'O')}" if near else ""),
                 goes_on=not is_whole,
-                edits=write_numbers(numbers, label, "P", self.calls.line - 1) if self._is_in_main else (),
+                edits=(*edits, *(write_numbers(numbers, label, "P", self.calls.line - 1) if self._is_in_main else ())),
             )
         return (label, call.repeats) if is_whole else call.divided_label
 
@@ -362,18 +377,14 @@ class Flow:
             first, second = next(iter(repeats.items()))
             message += f"; O{first} appears twice, in lines {self.calls.main.structure.programs[first]} and {second}: "
             message += f"one of them may be O{label}"
-        bare_line = self._find_bare_number(label)
-        near = [] if repeats or bare_line else self._find_near_programs(label)
-        if near:
-            message += f"; the program has {name_numbers(near, 'O')}"
+        near = [] if repeats else self._find_near_programs(label)
         edits = write_numbers(near, label, "P", self.calls.line - 1) if self._is_in_main else ()
-        if self._is_in_main and len(near) == 1 and not self._is_called(near[0]):
-            begin = self.calls.main.structure.programs[near[0]]
-            message += f", in line {begin}, and which nothing calls"
-            edits = (*write_numbers([label], near[0], "O", begin), *edits)
-        if bare_line:
-            message += f"; {self._describe_bare_number(label, bare_line)}"
-            edits = (Remedy(f"write O{label}", f"O{label}", line=bare_line, misspelt=label),)
+        head, edits_of_head = ("", ()) if repeats else self._find_head(label, near)
+        if head:
+            message += f"; {head}"
+            edits = (*edits_of_head, *(edits if len(near) == 1 and f"O{near[0]}," in head else ()))
+        elif near:
+            message += f"; the program has {name_numbers(near, 'O')}"
         if repeats and len(repeats) == 1:
             edits = write_numbers([label], first, "O", second)
         raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(
@@ -385,15 +396,26 @@ class Flow:
         numbers = rb"P[ \t]*(?:0*%b|\d{1,4}%b)(?![\d.])" % (label.encode(), label.zfill(4).encode())
         return re.search(numbers, self.calls.main.source, re.IGNORECASE) is not None
 
-    def _find_bare_number(self, label: str) -> int:
-        """The line of the main text that begins with the number of a program without its O; 0 where none does."""
-        source = self.calls.main.source
-        match = re.search(rb"^[ \t]*0*%b[ \t]*(?:\(|\r?$)" % label.encode(), source, re.MULTILINE)
-        return 0 if match is None or len(label) < len("100") else source.count(b"\n", 0, match.start()) + 1
+    def _find_head(self, label: str, near: Sequence[str]) -> tuple[str, tuple[Remedy, ...]]:
+        """The line of the main text that may begin a program with a slip in its number, and the edit; else empty.
 
-    @staticmethod
-    def _describe_bare_number(label: str, line: int) -> str:
-        return f"line {line} begins with {label}, which lacks its letter O; write O{label} there"
+        That is a line whose O or digits are mistyped, or a ``near`` number that nothing calls.
+        """
+        source = self.calls.main.source
+        for match in _MISTYPED_HEAD.finditer(source) if len(label) >= len("100") else ():
+            word = match[1].decode()
+            if label not in _list_meant_numbers(word):
+                continue
+            line = source.count(b"\n", 0, match.start(1)) + 1
+            wrong = f"{word}, which lacks its letter O" if word.isdigit() else f"{word}, which may be O{label}"
+            edit = Remedy(f"write O{label}", f"O{label}", line=line, misspelt=word)
+            return f"line {line} begins with {wrong}; write O{label} there", (edit,)
+        uncalled_numbers = [one for one in near if not self._is_called(one)] if self._is_in_main else []
+        if len(uncalled_numbers) != 1:
+            return "", ()
+        begin = self.calls.main.structure.programs[uncalled_numbers[0]]
+        text = f"the program has {name_numbers(uncalled_numbers, 'O')}, in line {begin}, and which nothing calls"
+        return text, write_numbers([label], uncalled_numbers[0], "O", begin)
 
     @property
     def _is_in_main(self) -> bool:

@@ -65,8 +65,12 @@ _OF_SETTINGS: Final = (100, 500)
 _LEAST_PROGRAM: Final = 100  #: Numbers of subprograms are not below it, as a rule.
 #: Words of a tool, and the codes that use them.
 _CODES_BESIDE: Final = {"H": ("G43",), "D": ("G41", "G42")}
-#: Words of a mistyped G0 and G1.
-_OF_MOTION: Final = {"H0": "G0", "H1": "G1"}
+#: Letters -> those of motion, codes, feed and speed whose keys are beside.
+_KEYS_OF_WORDS: Final = {
+    "A": "ZS", "B": "G", "C": "XF", "D": "FSX", "E": "S", "H": "GY", "I": "", "J": "M", "K": "M", "N": "M", "R": "F",
+    "T": "FGY", "U": "Y", "V": "GF", "W": "S",
+}  # fmt: skip
+_LEAST_SPEED: Final = 30  #: Numbers of F and S are not below it, as a rule.
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
 #: Numbers of G words -> codes of motion that need nothing but their own words.
@@ -86,6 +90,16 @@ class Call(Struct, frozen=True):
     arguments: dict[int, float] | None = None
     keeps: bool = False
     word: str = "M98"
+
+
+def _write_beside(word: str, rights: Iterable[str]) -> tuple[Remedy, ...]:
+    """The edits that write one of these in place of a word; its number may have a 0 before it, as in H01."""
+    return tuple(
+        Remedy(f"write {one}", one, is_choice=True, way="marked")
+        if one in (f"G{word[1:]}", f"M{word[1:]}")
+        else Remedy(f"write {one}", one, misspelt=word, is_choice=True)
+        for one in rights
+    )
 
 
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
@@ -267,7 +281,10 @@ class Rs274(Language):
         axes = [letter for letter in block.words if letter in AXES]
         for letter in axes:
             if letter not in self.setup.axes:
-                error = block.error("VP011", self.setup.describe_missing_axis(letter), letter)
+                text, rights = self.setup.describe_missing_axis(letter), self._list_keys_beside(block, letter)
+                text += f"; {' or '.join(rights)} may be meant, whose key is beside" if rights else ""
+                edits = _write_beside(f"{letter}{block.words[letter]:g}", rights)
+                error = block.error("VP011", text, letter, edits=edits)
                 raise error.advise(self.setup.advise_axis(letter, "I J K of G43.5"))
         motion = self._choose_motion(block, g, axes)
         if motion in CYCLES and (98 in m.get("subprograms", []) or 40 in g.values()):
@@ -344,20 +361,47 @@ class Rs274(Language):
             if letter in "IJK" and not block.codes and {"X", "Y", "Z"} & block.words.keys():
                 text += ", because no G2 or G3 is in force: write one if an arc is meant"
             word = f"{letter}{block.words[letter]:g}"
-            rights = list[str]()
-            if word in _OF_MOTION and not block.codes and not {*AXES}.isdisjoint(block.words):
-                rights.append(_OF_MOTION[word])
-                text += f"; {rights[0]} may be meant, whose key is beside"
+            rights = self._list_keys_beside(block, letter)
+            if rights:
+                text += f"; {' or '.join(rights)} may be meant, whose key is beside"
             is_length = word != "H0"  # which would cancel the length of the tool
             if letter in _CODES_BESIDE and is_length and self.table.is_executed(_CODES_BESIDE[letter][0]):
                 text += f"; the {' or '.join(_CODES_BESIDE[letter])} of a tool may be missing before it"
                 rights += [f"{code} {word}" for code in _CODES_BESIDE[letter]]
-            edits = tuple(Remedy(f"write {one}", one, misspelt=word, is_choice=True) for one in rights)
-            if letter == "P" and not block.codes and block.words["P"] >= _LEAST_PROGRAM:
+            edits = _write_beside(word, rights)
+            if letter == "P" and block.words["P"] >= _LEAST_PROGRAM:
                 wrong = f"P{block.words['P']:.0f}"
-                text += "; the M98 of a call may be missing before it"
-                edits = (Remedy(f"write M98 {wrong}", f"M98 {wrong}", misspelt=wrong, is_choice=True),)
+                cut = next(
+                    (f"M{number:g}" for code, number, _at in block.codes if code == "M" and number in (8, 9)), ""
+                )
+                if cut:
+                    text += f"; M98 may be meant by {cut}"
+                    edits = (Remedy("write M98", "M98", line=block.line, misspelt=cut, is_choice=True),)
+                elif not block.codes:
+                    text += "; the M98 of a call may be missing before it"
+                    edits = (Remedy(f"write M98 {wrong}", f"M98 {wrong}", misspelt=wrong, is_choice=True),)
             raise ProgramError("VP006", text, block.columns[letter], edits=edits)
+
+    def _list_keys_beside(self, block: Block, letter: str) -> list[str]:
+        """The words of which one may be mistyped as ``letter``: its key is beside, and the block has a place for it."""
+        value = block.words[letter]
+        found = list[str]()
+        for near in _KEYS_OF_WORDS.get(letter, ""):
+            is_free = near not in block.words
+            if near == "G":
+                has_axes = not {*AXES}.isdisjoint(block.words.keys() - {letter})
+                group = self.table.group_of_g.get(round(10 * value))
+                groups = {self.table.group_of_g.get(round(10 * code[1])) for code in block.codes if code[0] == "G"}
+                is_free = group not in (None, *groups) and (letter != "H" or (value in (0, 1) and has_axes))
+            elif near == "M":
+                is_free = value in self.table.group_of_m
+            elif near in "FS":
+                is_free = is_free and value >= _LEAST_SPEED and not any(one[0] == "G" for one in found)
+            elif near in AXES:
+                is_free = is_free and near in self.setup.axes and (letter not in "DHT" or value != int(value))
+            if is_free:
+                found.append(f"{near}{value:g}")
+        return found
 
     # --- modes -----------------------------------------------------------------------------------
 
@@ -595,7 +639,8 @@ class Rs274(Language):
             if is_code:
                 text += " of this language"
                 near = [spell_g_code(one) for one in sorted(self.table.group_of_g) if one // 10 == code // 10]
-                near_codes = self._list_near_codes(f"{number:g}", () if moves else plain_codes)
+                codes_with_point = [one for one in plain_codes if moves and one == number]  # G434
+                near_codes = self._list_near_codes(f"{number:g}", codes_with_point if moves else plain_codes)
                 near += [] if near else near_codes
                 such = f", such as {' or '.join(', '.join(near).rsplit(', ', 1))}" if near else ""
                 text += f", as {' or '.join(near_codes)} would be" if near_codes and not moves else ""

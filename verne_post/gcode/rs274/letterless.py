@@ -93,16 +93,19 @@ def refuse_letterless(text: str) -> None:
                 raise ProgramError("VP001", f"{wrong}: a blank in a number; did you mean {right}?", match.start() + 1)
             axes = _list_axes(letter, rest)
             unused_axes = [one for one in axes if not re.search(one, text, re.IGNORECASE)]
-            if not unused_axes and axes != "IJK":
-                unused_axes = [one for one in "ABC" if not re.search(one, text, re.IGNORECASE)]
+            if (not unused_axes or letter in "ZABC") and axes != "IJK":
+                unused_axes = _list_unused_turns(text)
+            is_divided = match["own"].isdigit() or number.isdigit()
+            if not unused_axes and axes != "IJK" and is_divided and number[0] not in "+-":
+                wrong, right = match[0], "".join(match[0].split())
+                raise ProgramError("VP001", f"{wrong}: a blank in a number; did you mean {right}?", match.start() + 1)
             others = [f"{axis}{number}" for axis in unused_axes or axes]
             if float(number) >= _LEAST_FEED and not rest.strip() and "F" not in text.upper():
                 others.append(f"F{number}")
             *others, last = others
-            has_no_point = match["own"].isdigit() or number.isdigit()
-            if has_no_point and number[0] not in "+-" and letter in "XYZABCIJKRFS":
+            if is_divided and number[0] not in "+-" and letter in "XYZABCIJKRFS":
                 such = f"{', '.join(others)} or {last}" if others else last
-                meaning = f"write its letter, such as {such}; or {letter}{match['own']}{number} without the blank"
+                meaning = f"write its letter, such as {such}; or {''.join(match[0].split())} without the blank"
             else:
                 meaning = (
                     f"write its letter, such as {', '.join(others)} or {last}" if others else f"did you mean {last}?"
@@ -239,6 +242,12 @@ def list_letters(before: str, own: str, number: str, rest: str) -> list[str]:
     if before == "G":
         return list(possible.removesuffix("F") if after in tuple("YZAC") else "XYZ")
     return list(dict.fromkeys((possible[:1] or "F", possible[-1:] or "F")))
+
+
+def _list_unused_turns(text: str) -> list[str]:
+    """The rotary axes that a line may lack: no machine has three."""
+    unused_axes = [one for one in "ABC" if not re.search(one, text, re.IGNORECASE)]
+    return unused_axes if len(unused_axes) > 1 else []
 
 
 def _list_axes(before: str, rest: str) -> str:

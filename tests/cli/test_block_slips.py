@@ -1,0 +1,132 @@
+"""Edits of slips in blocks of letters and numbers give the program back that was meant."""
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pygls", reason="needs the extra lsp")
+
+from tests.cli.test_quick_fixes import NEVER, SETUP, check, inspector
+from verne_post.cli.lsp.fixes import find_fixes
+from verne_post.cli.lsp.inspector import Inspector
+from verne_post.cli.lsp.outline import Outline
+
+__all__ = ["inspector"]
+
+FANUC = """%
+O1300 (FACES)
+N30 G21 G17 G90 G40 G94
+#101=10.
+G54 G0 X0. Y0. Z50. A0. C0.
+M3 S1000
+M98 P1302
+M98 P21302
+M98 P1303
+G01 Z#101 F500.
+M30
+O1302 (HOLES)
+N30 G01 X5. F600.
+X0.
+M99
+O1303 (LINE)
+N30 G01 Y5. F600.
+Y0.
+M99
+%
+"""
+RS274 = """#<_tilt> = 5
+#<top> = 20
+o<place> sub
+  G0 Z20
+  G1 X[#1 + #<_tilt>] Y#<_tilt> F500
+o<place> endsub
+o200 sub
+  G1 Y2 F500
+o200 endsub
+G21 G17 G90 G94 G54
+G0 X0 Y0 Z50 A0 C0
+M3 S1000
+o<place> call [3]
+o<place> call [4]
+o210 repeat [2]
+  o200 call
+o210 endrepeat
+G0 Z#<top>
+M2
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "right", "wrong", "said"),
+    [
+        *(
+            ("a.nc", "O1302 (", f"{wrong} (", "write O1302 there")
+            for wrong in ("1302", "01302", "I1302", "P1302", "1O302")
+        ),
+        *(("a.nc", "O1302 (", f"{wrong} (", "in line 12, and which nothing calls") for wrong in ("O1392", "O132")),
+        ("a.nc", "O1300 (", "I1300 (", "did you mean O1300?"),
+        ("a.nc", "M98 P1302", "M89 P1302", "M98, which calls P may be meant"),
+        ("a.nc", "M98 P1302", "M9 P1302", "M98 may be meant by M9"),
+        ("a.nc", "M98 P1302", "M99 P1302", "M98 P1302 would call O1302"),
+        ("a.nc", "F500.", "F5P0.", "the letter P in a number"),
+        ("a.nc", "Z50.", "Z5P.", "did you mean Z50.?"),
+        ("a.nc", "A0.", "AP.", "did you mean A0.?"),
+        ("a.nc", "#101=10.", "101=10.", "did you mean #101?"),
+        ("a.nc", "A0. C0.", "0. C0.", "such as A0. or B0."),
+        ("a.nc", "X5. F600.", "X5. R600.", "F600 may be meant"),
+        ("a.nc", "#101=10.", "#10=10.", "line 4 sets #10, which nothing uses"),
+        ("a.nc", "M30\n", "N30\n", "or in place of N30 in line 11"),
+        ("a.nc", "M30\n", "M03\n", "or in place of M03 in line 11"),
+        ("a.nc", "G94\n", "B94\n", "G94 may be meant, whose key is beside"),
+        ("a.nc", "Y0.\nM99", "Y0.\nM89", "M99, the end of a subprogram"),
+        ("a.nc", "F500.", "R500.", "F500 may be meant, whose key is beside"),
+        ("a.nc", "S1000", "W1000", "S1000 may be meant, whose key is beside"),
+        ("a.nc", "Y0. Z50.", "Y0. Z5 0.", "did you mean Z50.?"),
+        ("a.ngc", "#<_tilt> =", "#<_tit> =", "line 1 sets #<_tit>, which nothing else names"),
+        ("a.ngc", "#<top> =", "<top> =", "did you mean #<top>?"),
+        ("a.ngc", "o<place> sub", "o<plaxe> sub", "line 3 has o<plaxe>, which nothing else names"),
+        ("a.ngc", "o200 sub", "o2O0 sub", "did you mean o200?"),
+        ("a.ngc", "repeat [2]", "repeat 2]", "the bracket before it is missing"),
+        ("a.ngc", "Y#<_tilt>", "Y#_<tilt>", "the < behind a letter"),
+        ("a.ngc", "o<place> call [3]", "p<place> call [3]", "a label begins with O"),
+        ("a.ngc", "o210 repeat", "o2l0 repeat", "did you mean o210?"),
+    ],
+)
+def test_an_edit_gives_back_what_was_meant(
+    inspector: Inspector, tmp_path: Path, name: str, right: str, wrong: str, said: str
+) -> None:
+    """The first error says it; no edit makes another program without errors, but the first is the right one."""
+    path, meant = tmp_path / name, {"a.nc": FANUC, "a.ngc": RS274}[name]
+    assert not [one for one in check(inspector, path, meant, SETUP).findings if one.severity == "error"]
+    text = meant.replace(right, wrong, 1)
+    found = check(inspector, path, text, SETUP)
+    item = next(one for one in found.findings if one.severity == "error")
+    assert said in item.message
+    fixes = [one for one in find_fixes(inspector, found, item, {path: text}, NEVER) if one.path == path]
+    assert text[: fixes[0].begin] + fixes[0].new + text[fixes[0].end :] == meant
+    assert not any("places" in one.title for one in fixes)
+
+
+def test_a_word_that_is_right_elsewhere_is_changed_once(inspector: Inspector, tmp_path: Path) -> None:
+    """N30 of subprograms are block numbers, whatever the N30 at the end of the program is."""
+    path, text = tmp_path / "a.nc", FANUC.replace("M30\n", "N20 M9 N30\n")
+    found = check(inspector, path, text, SETUP)
+    item = next(one for one in found.findings if one.severity == "error")
+    fixes = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert [one.title.split(" (")[0] for one in fixes] == ["Write M30 in place of N30"]
+
+
+def test_a_name_that_both_sides_use_is_no_slip(inspector: Inspector, tmp_path: Path) -> None:
+    """The line that sets the one is lost: the other is not meant."""
+    lines = "#<_at_x> = 1\nG0 X0 Y0 Z50 A0 C0\nG0 X#<_at_x> Z#<_at_z>\nG0 X#<_at_x> Z#<_at_z>\nM2\n"
+    found = check(inspector, tmp_path / "a.ngc", f"G21 G90 G54\n{lines}", SETUP)
+    item = next(one for one in found.findings if one.code == "VP025")
+    assert item.message == "#<_at_z> has no value; set it first with #<_at_z>=..."
+
+
+@pytest.mark.parametrize("column", [4, 5, 6, 10])
+def test_a_variable_is_found_from_its_sign(column: int) -> None:
+    lines = ["#<top> = 20", "G0 Z#<top>"]
+    found = Outline(lines, "rs274", b"", "a.ngc").find_assignment(1, column)
+    assert found is not None
+    assert found.line == 0

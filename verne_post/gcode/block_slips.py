@@ -1,0 +1,214 @@
+"""Slips of typing in blocks of letters and numbers, of RS274/NGC and Fanuc, that the rest of a program gives away."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Final
+
+from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import remove_remarks
+from verne_post.base.suggestions import MAY_BE_MEANT, list_near_numbers
+from verne_post.model.findings import Finding, Remedy
+
+#: Characters of a line that are looked at on both sides of a column.
+_LONGEST: Final = 40
+_AS_DIGITS: Final = str.maketrans("OoPplL", "000011")
+#: The label of an O word with a letter in its number, its O one place too far, or a key beside O.
+_LABEL: Final = re.compile(
+    r"[ \t]*(?:N\d+[ \t]*)?"
+    r"(O(?=\d*[OPL])[\dOPL]{1,9}|\dO\d{1,9}|[IKLP](?:<[^<>]*>|\d{1,9}(?=[ \t]+[A-Z]{2})))[ \t]*"
+    r"(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN|DO|ELSE(?:IF)?|BREAK|CONTINUE)(?![A-Z]))",
+    re.IGNORECASE,
+)
+#: A word with the key beside 0 in its number.
+_P_FOR_ZERO: Final = re.compile(
+    r"(?<![A-Z_#<])([A-FH-LNQ-Z][-+]?)(\d{0,9}\.?\d{0,9})P(\d{0,9}\.?\d{0,9})(?![\w#\[<.])", re.IGNORECASE
+)
+_UNSET_NUMBER: Final = re.compile(r"#(\d+) may have a value at the machine")
+_RUNS_ON: Final = re.compile(r"the program runs on into O\d+; write M30 or M2 before it")
+_LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
+_OPEN_LOST: Final = re.compile(r"[^\[\]]{1,40}\]")
+_SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
+_LESS_BEHIND: Final = re.compile(r"#([A-Z_])<(\w{0,40})>", re.IGNORECASE)
+_BARE_NAME: Final = re.compile(r"[ \t]*(<[^<>=]+>)[ \t]*=")
+_USELESS_P: Final = "nothing in the block uses P"
+_UNSET_NAME: Final = re.compile(r"(#<[^<>]+>): it has no value; did you mean (#<[^<>]+>)\?")
+_NOT_OPEN: Final = re.compile(r"(o\S+) (\w+) without \1 .+ before it; (o\S+) \w+ \(line (\d+)\) is open")
+#: A program number with the key beside O; what ends a program or stands before the first.
+_HEAD: Final = re.compile(r"[ \t]*([IKLP](\d{2,9}))[ \t]*(?:\(|$)", re.IGNORECASE)
+_BEFORE_HEAD: Final = re.compile(rb"\s*(?:%|(?:N\s*\d+\s*)?M\s*0*(?:2|30|99)\b)", re.IGNORECASE)
+_LENGTH_OR_MOVE: Final = re.compile(r"(?<![A-Z_#<])(H0*([0-3]))(?![\d.])", re.IGNORECASE)
+_CALL_SWAPPED: Final = re.compile(r"M89(?=[ \t]*P[ \t]*\d)", re.IGNORECASE)
+_LETTERLESS: Final = re.compile(r"(\S+): a number without a letter before it; write its letter, such as ([^;]+)")
+_WORD_BEFORE_BLANK: Final = re.compile(r"([A-Z][-+]?[\d.]+)[ \t]+(?=[\d.])", re.IGNORECASE)
+
+
+def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Finding | None:
+    """What a slip in the line of an error is, and the edits that settle it; None where it is none of these."""
+    if item.code in ("VP001", "VP023") and (match := _LABEL.match(text)) and _is_at(match, item, 1):
+        wrong = match[1]
+        right, what = f"{wrong[0]}{wrong[1:].translate(_AS_DIGITS)}", "a letter in a number"
+        if wrong[1] in "Oo" and wrong[0].isdigit():
+            right, what = f"{wrong[1]}{wrong[0]}{wrong[2:]}", "a digit before its letter"
+        elif wrong[0] not in "Oo":
+            right, what = f"o{wrong[1:]}", "a label begins with O"
+        message = f"{wrong}: {what}; did you mean {right}?"
+        return replace(item, code="VP001", message=message, column=match.start(1) + 1, edits=(), settled_by=())
+    if item.code == "VP001" and (found := _find_written_so(text, item)):
+        wrong, right, column, what = found
+        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=wrong)
+        return replace(item, message=f"{wrong}: {what}; did you mean {right}?", column=column, edits=(edit,))
+    if item.code == "VP001" and (match := _BARE_NAME.match(text)) and _is_at(match, item, 1):
+        message = f"{match[1]}: a name without # before it; did you mean #{match[1]}?"
+        return replace(item, message=message, column=match.start(1) + 1)
+    if item.code == "VP001" or item.message.startswith(_USELESS_P):
+        return _find_p_for_zero(text, item)
+    if item.code == "VP025" and (match := _UNSET_NAME.fullmatch(item.message)):
+        return _compare_uses(source, item, match[1], match[2])
+    if item.code == "VP025" and (match := _UNSET_NUMBER.match(item.message)):
+        return _find_misspelt_setting(source, item, match[1])
+    if item.code == "VP024" and _RUNS_ON.search(item.message):
+        return _find_mistyped_end(source, item, dialect)
+    if (
+        item.code == "VP002"
+        and (match := re.fullmatch(r"[ \t]*(?:N\d+[ \t]*)?(M89)[ \t]*", text))
+        and dialect == "fanuc"
+    ):
+        after = take_line(source, (item.line or 0) + 1)
+        if after is None or not re.match(rb"[ \t]*(?:O[ \t]*\d|%)", after):
+            return None
+        edit = Remedy("write M99", "M99", line=item.line or 0, misspelt="M89", is_choice=True)
+        message = f"M89: no meaning in this language; M99, the end of a subprogram, {MAY_BE_MEANT.strip()}"
+        return replace(item, message=message, edits=(edit,))
+    if item.code == "VP023" and (match := _NOT_OPEN.match(item.message)):
+        wrong, right = match[3], match[1]
+        if _count(source, wrong) > 1 or _count(source, right) < len(("end", "call")):
+            return None
+        message = f"line {match[4]} has {wrong}, which nothing else names; write {right} there"
+        edit = Remedy(f"write {right}", right, line=int(match[4]), misspelt=wrong)
+        return replace(item, message=f"{item.message}; {message}", edits=(edit,))
+    if item.code == "VP006" and dialect == "fanuc" and (match := _HEAD.match(text)) and _is_at(match, item, 1):
+        before = take_line(source, (item.line or 1) - 1) if (item.line or 1) > 1 else None
+        if before is None or not _BEFORE_HEAD.match(before):
+            return None
+        message = f"{match[1]}: nothing in the block uses it; did you mean O{match[2]}?"
+        return replace(item, message=message, edits=(), settled_by=())
+    if item.code == "VP017" and "under cutter compensation" in item.message:
+        match = _LENGTH_OR_MOVE.search(remove_remarks(text, dialect))
+        if match is None or re.search(r"G[ \t]*0*4[39]", text, re.IGNORECASE):
+            return None
+        right = f"G{match[1][1:]}"
+        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[1], is_choice=True)
+        message = f"{match[1]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}"
+        return replace(item, message=message, column=match.start(1) + 1, edits=(edit,))
+    if item.code == "VP002" and item.column and (match := _CALL_SWAPPED.match(text, item.column - 1)):
+        edit = Remedy("write M98", "M98", line=item.line or 0, misspelt=match[0], is_choice=True)
+        message = f"{match[0]}: no meaning in this language; M98, which calls P{MAY_BE_MEANT}"
+        return replace(item, message=message, edits=(edit,))
+    return None
+
+
+def _find_written_so(text: str, item: Finding) -> tuple[str, str, int, str] | None:
+    """What is written and meant, the column and the cause: a bracket is lost, or a sign or < one place too far."""
+    at = (item.column or 1) - 1
+    if item.message == "expected '['" or "needs its value, in brackets" in item.message:
+        match = _OPEN_LOST.match(text, at)
+        return None if match is None else (match[0], f"[{match[0]}", at + 1, "the bracket before it is missing")
+    begin, end = max(at - _LONGEST, 0), at + _LONGEST
+    for pattern, right, what in (
+        (_SIGN_BEHIND, r"\1-\2\3", "the sign behind a digit"),
+        (_LESS_BEHIND, r"#<\1\2>", "the < behind a letter"),
+    ):
+        for match in pattern.finditer(text, begin, end):
+            if _is_at(match, item):
+                return match[0], match.expand(right), match.start() + 1, what
+    return None
+
+
+def _find_misspelt_setting(source: Text, item: Finding, number: str) -> Finding | None:
+    """The line that sets a variable which nothing else uses, and whose number is a slip of the one without a value."""
+    code = bytes(source)
+    numbers = [one.decode() for one in re.findall(rb"#(\d{1,5})(?!\d)", code)]
+    set_numbers = {one.decode() for one in re.findall(rb"#(\d{1,5})[ \t]*=(?!=)", code)}
+    near = list_near_numbers(number, [one for one in set_numbers if numbers.count(one) == 1])
+    if len(near) != 1:
+        return None
+    before = re.split(rb"#%b(?!\d)" % near[0].encode(), code, maxsplit=1)[0]
+    line, wrong, right = before.count(b"\n") + 1, f"#{near[0]}", f"#{number}"
+    message = f"{right} has no value, and line {line} sets {wrong}, which nothing uses; write {right} there"
+    edit = Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True)
+    return replace(item, message=message, edits=(edit,))
+
+
+def _find_mistyped_end(source: Text, item: Finding, dialect: str) -> Finding | None:
+    """The word before the next program that may be a mistyped M30, where the program runs on."""
+    line = (item.line or 1) - 1
+    raw = take_line(source, line) if line else None
+    match = None if raw is None else _LIKE_END.match(remove_remarks(raw.decode("utf-8", "replace"), dialect))
+    if match is None:
+        return None
+    wrong = match[1]
+    edit = Remedy("write M30", "M30", line=line, misspelt=wrong, is_choice=True)
+    return replace(item, message=f"{item.message}, or in place of {wrong} in line {line}", edits=(edit, *item.edits))
+
+
+def _is_at(match: re.Match[str], item: Finding, group: int = 0) -> bool:
+    """Whether a finding stands in a word."""
+    return match.start(group) < (item.column or 0) <= match.end(group) + 1
+
+
+def _count(source: Text, name: str) -> int:
+    """How often a name stands in a program."""
+    return len(re.findall(rb"(?<![\w])%b(?!\w)" % re.escape(name.encode()), bytes(source), re.IGNORECASE))
+
+
+def _find_p_for_zero(text: str, item: Finding) -> Finding | None:
+    """The word at a column, with 0 in place of its P."""
+    at = (item.column or 1) - 1
+    for match in _P_FOR_ZERO.finditer(text, max(at - _LONGEST, 0), at + _LONGEST):
+        if not _is_at(match, item) or not (match[2].strip(".") or match[3][:1] == "."):
+            continue
+        right = f"{match[1]}{match[2]}0{match[3]}"
+        is_sure = item.code == "VP001"
+        meaning = f"did you mean {right}?" if is_sure else f"{right}{MAY_BE_MEANT}"
+        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[0], is_choice=not is_sure)
+        message = f"{match[0]}: the letter P in a number; {meaning}"
+        return replace(item, code="VP001", message=message, column=match.start() + 1, edits=(edit,))
+    return None
+
+
+def _compare_uses(source: Text, item: Finding, unset: str, near: str) -> Finding:
+    """Whether the name in use is misspelt, or the one in the line that sets it: the rarer one, as a rule."""
+    n_unset, n_near = _count_names(source, unset), _count_names(source, near)
+    if n_unset < len(("use", "use")):
+        return item
+    if n_near > 1:  # both are in use: a line that sets the one is missing
+        return replace(item, message=f"{unset} has no value; set it first with {unset}=...", edits=())
+    before = re.split(re.escape(near.encode()), bytes(source), maxsplit=1, flags=re.IGNORECASE)[0]
+    line = before.count(b"\n") + 1
+    message = f"{unset}: it has no value, and line {line} sets {near}, which nothing else names; write {unset} there"
+    return replace(item, message=message, edits=(Remedy(f"write {unset}", unset, line=line, misspelt=near),))
+
+
+def _count_names(source: Text, name: str) -> int:
+    return bytes(source).lower().count(name.lower().encode())
+
+
+def write_letters(text: str, item: Finding) -> Finding:
+    """The letters that a message names before a number, and the number without its blank, as choices."""
+    if item.edits or (match := _LETTERLESS.match(item.message)) is None:
+        return item
+    number = match[1]
+    edits = list(_propose(item, number, re.findall(rf"[A-Z#]{re.escape(number)}(?![\d.])", match[2])))
+    if " without the blank" in item.message:
+        begin = max((item.column or 1) - 1 - _LONGEST, 0)
+        words = _WORD_BEFORE_BLANK.finditer(text, begin, item.column or 1)
+        word = next((one for one in words if one.end() == (item.column or 1) - 1), None)
+        if word is not None:
+            edits[:0] = _propose(item, f"{word[0]}{number}", [f"{word[1]}{number}"])
+    return replace(item, edits=tuple(edits))
+
+
+def _propose(item: Finding, wrong: str, rights: Iterable[str]) -> Iterable[Remedy]:
+    for right in rights:
+        yield Remedy(f"write {right}", right, line=item.line or 0, misspelt=wrong, is_choice=True)
