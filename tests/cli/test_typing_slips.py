@@ -244,6 +244,8 @@ def test_a_sign_of_siemens_that_is_missing_or_too_many(
         ("RESET PLANE STAY", "RESET PLANE", "PLANE RESET", "two words in the wrong order"),
         ("CYCL DEF 7.0 N\nCYCL DEF 7-1 X+5", "7-1", "7.1", "no number of a cycle"),
         ("CYCL DEF 7.0 N\nCYCL DEF 7:1 X+5", "7:1", "7.1", "no number of a cycle"),
+        ("CYCL DEF 7.0 N\nCYCL DEF 7 1 X+5", "7 1", "7.1", "no number of a cycle"),
+        ("CYCL DEF 7.0 N\nCYCL DEF 7,,1 X+5", "7,,1", "7.1", "no number of a cycle"),
         ("CACL DEF 7.0 N\nCYCL DEF 7.1 X+5", "CACL", "CYCL", "did you mean CYCL?"),
         ("BLK FORM0.1 Z X-5 Y-5 Z-5\nBLK FORM 0.2 X+5 Y+5 Z+0", "FORM0.1", "FORM 0.1", "a blank is missing"),
         ("BLK FORM 9.1 Z X-5 Y-5 Z-5\nBLK FORM 0.2 X+5 Y+5 Z+0", "9.1", "0.1", "no number of a corner"),

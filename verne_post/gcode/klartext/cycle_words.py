@@ -37,8 +37,10 @@ _MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
 _LETTER_O: Final = re.compile(r"(?=\d+O)[\dO]+(?!\w)")
 #: The number of a cycle and of its line, with a comma in place of the point.
 _COMMA: Final = re.compile(r"(\d+),(\d+)(?![\d.,])")
-#: Two points, or the letter l for 1.
-_WRONG_HEAD: Final = re.compile(r"[ \t]*(\d+\.\.\d+|\d+[-:]\d+|\d+\.[LI]|\d+[LI]\.\d+|[LI]\d\.\d+)(?!\w)")
+#: Another sign for the point, or the letter l for 1.
+_WRONG_HEAD: Final = re.compile(
+    r"[ \t]*(\d+\.\.\d+|\d+(?:[-:]|,,)\d+|(?:7|8|9|1[0139]|32)[ \t]+\d(?=[ \t])|\d+\.[LI]|\d+[LI]\.\d+|[LI]\d\.\d+)(?!\w)"
+)
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
@@ -106,7 +108,7 @@ def read_head(statement: Statement) -> Head:
     """The number after CYCL DEF."""
     match = _HEAD.match(statement.rest)
     if (slip := _WRONG_HEAD.match(statement.rest)) is not None:
-        right = re.sub("[.,]{2}|[-:]", ".", slip[1]).translate(_MEANT_DIGITS)
+        right = re.sub(r"[.,]{2}|[-:]|[ \t]+", ".", slip[1]).translate(_MEANT_DIGITS)
         text = f"{slip[1]}: no number of a cycle; did you mean {right}?"
         raise statement.error("VP001", text, slip.start(1))
     if (written_text := re.match(r"[ \t]*(\d*\.|\.\d+)(?![\d.])", statement.rest)) is not None:
