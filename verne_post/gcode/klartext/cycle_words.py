@@ -39,7 +39,8 @@ _LETTER_O: Final = re.compile(r"(?=\d+O)[\dO]+(?!\w)")
 _COMMA: Final = re.compile(r"(\d+),(\d+)(?![\d.,])")
 #: Another sign for the point, or the letter l for 1.
 _WRONG_HEAD: Final = re.compile(
-    r"[ \t]*(\d+\.\.\d+|\d+(?:[-:]|,,)\d+|(?:7|8|9|1[0139]|32)[ \t]+\d(?=[ \t])|\d+\.[LI]|\d+[LI]\.\d+|[LI]\d\.\d+)(?!\w)"
+    r"[ \t]*(\d+(?:\.\.|,,|[-:])\d+|(?:7|8|9|1[0139]|32)[ \t]+\d(?=[ \t])"
+    r"|\d+\.[LI]|\d+[LI]\.\d+|[LI]\d\.\d+)(?!\w)"
 )
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 

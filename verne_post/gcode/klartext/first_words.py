@@ -46,6 +46,7 @@ _TOLD_BY: Final = (
 )
 #: LBL1 or CALL LBL1, without the blank before the number.
 _JOINED_LABEL: Final = re.compile(r"(?:CALL[ \t]+)?LBL\d+(?![^ \t])")
+_SHORT_LABEL: Final = re.compile(r"(?:LL|LB|BL)[ \t]+(?:\d+|\"[^\"]*\")[ \t]*")
 _HALF_FN: Final = re.compile(r"[FN][ \t]*\d{1,2}[ \t]*:")
 #: The number of a block with a letter, and the statement.
 _NUMBER_AND_LETTER: Final = re.compile(r"[ \t]*(?:(\d+)[A-Z]|N(\d+))[ \t]+(?![MFSQ]|R[0LR])")
@@ -57,6 +58,8 @@ _PARTS: Final = frozenset(word for name in (*STATEMENTS, *PLANES) for word in na
 def is_half_keyword(text: str, keyword: re.Match[str]) -> bool:
     """Whether what looks like a keyword is a part of another one, or the letter of a block number: F 9: or 28L LBL."""
     begin = keyword.start()
+    if _SHORT_LABEL.fullmatch(text, begin):
+        return True
     if keyword.group() == "LBL":
         return re.match(r"LBL[ \t]+CALL\b", text[begin:]) is not None
     if keyword.group() in ("L", "C") and text[begin - 1 : begin].isdigit():
@@ -119,7 +122,7 @@ def _find_swapped(text: str, begin: int) -> ProgramError | None:
         keyword = KEYWORD.match(" ".join([*words[:at], second, first, *words[at + 2 : at + 3]]))
         found = [] if keyword is None else keyword.group().split()
         is_whole = found[at : at + 1] == [second] or (first == "=" and found == ["Q"])
-        if is_whole and (first in _PARTS or re.search(r"[\d=]", first)):
+        if is_whole and (first in _PARTS or re.search(r"[\d=\"]", first)):
             place = text.index(first, begin + sum(map(len, words[:at])))
             what = f"{first} {second}: two words in the wrong order; did you mean {second} {first}?"
             return ProgramError("VP001", what, place + 1)
@@ -174,6 +177,8 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
             if is_near or first == phrase[0][1:]:
                 text = f"{first}: no meaning in this language; did you mean {phrase[0]}?"
                 return ProgramError("VP002", text, begin + 1)
+    if _SHORT_LABEL.fullmatch(text, begin):
+        return ProgramError("VP001", f"{first}: a letter is missing; did you mean LBL?", begin + 1)
     for once in drop_doubles(first):
         if _fits(once, rest):
             message = f"{first}: the letter is there twice; did you mean {once}?"
@@ -183,7 +188,7 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if seconds and after is not None:
         column = begin + len(first) + after.start(1) + 1
         for one in seconds:
-            if after[1].startswith(one) and after[1] != one:
+            if re.match(rf"{one}(?:\d|\w\w)", after[1]):
                 right = f"{one} {after[1][len(one) :]}"
                 return ProgramError("VP001", f"{after[1]}: a blank is missing; did you mean {right}?", column)
         fit = [one for one in dict.fromkeys(seconds) if find_meant(after[2], [one], least=3) or one[1:] == after[2]]

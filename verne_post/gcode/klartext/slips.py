@@ -25,8 +25,9 @@ _TOOL_AND_AXIS: Final = re.compile(r"(\d+(?=Z)|Z(?=[SF]))(Z|[SF]\d+)")
 _NAME_AND_NUMBER: Final = re.compile(r"([A-Z]{3,6})([-+]?[\d.,]+)")
 #: Words too short for other slips, and the keys beside those of their letters.
 _SHORT_WORD: Final = re.compile(r"R[LR0]|DR[-+]|M\d{1,3}|A[-+]?[\d.,]+")
-#: So many digits alone behind the coordinates of a line without F are a feed rate.
-_DIGITS_OF_FEED: Final = 3
+#: More digits than these, alone behind the coordinates of a line without F, are a feed rate.
+_DIGITS_OF_DECIMALS: Final = 2
+_COORDINATE_BEHIND: Final = re.compile(r"[ \t]I?[XYZABCUVW][-+\d]")
 _KEYS_BESIDE: Final = {"A": "Q", "D": "SFERXC", "R": "ETDF4", "L": "KOP", "M": "NJK"}
 
 
@@ -54,14 +55,21 @@ def find_slip(
         right = f"{parts[1]} {parts[2]}"
         edits = (Remedy(f"write {right}", right, misspelt=word),)
         return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
-    if (word[0] == ":" or word == "Q") and text[begin - 1].isdigit():
-        right = f"{whole[:-2]}Q{whole[-2]}" if word == "Q" else whole.replace(":", ".")
+    is_point = word[0] == ":" or re.fullmatch(r"[A-Z]+[-+]\d+-\d+", whole) is not None
+    if (is_point or word == "Q") and text[begin - 1].isdigit():
+        right = f"{whole[:-2]}Q{whole[-2]}" if word == "Q" else re.sub(r"(?<=\d)[-:]", ".", whole)
         if pattern.fullmatch(right):
-            what = "a digit before its letter" if word == "Q" else "a colon in a number"
+            what = "a digit before its letter" if word == "Q" else f"{word[0]} in a number"
             return statement.error("VP001", f"{whole}: {what}; did you mean {right}?", start)
     if equals := find_equals(text, begin):
         return statement.error("VP001", equals, begin)
     earlier_words = text[:begin].split()
+    if rights := _list_divided(statement, text, begin):
+        at = text.rindex(earlier_words[-1], 0, begin)
+        wrong = text[at : begin + len(word)]
+        edits = tuple(Remedy(f"write {one}", one, misspelt=wrong, is_choice=len(rights) > 1) for one in rights)
+        message = f"{wrong}: a blank in a number, or a number without its letter; write {' or '.join(rights)}"
+        return statement.error("VP001", message, at, edits)
     if earlier_words and (digit := re.fullmatch(r"(\d)([A-Z])(.+)", word)):
         number, rest = earlier_words[-1] + digit[1], digit[2] + digit[3]
         if pattern.fullmatch(number) and pattern.fullmatch(rest) and not earlier_words[-1].startswith("R"):
@@ -98,6 +106,18 @@ def find_slip(
     if re.match(r"[-+]?[\d.]", word):
         return statement.error("VP001", f"{word[:15]}: the letter before this number is missing", begin)
     return None
+
+
+def _list_divided(statement: Statement, text: str, begin: int) -> list[str]:
+    """What a number alone may be behind a coordinate: a feed rate, or the decimals; [] for one digit, its last one."""
+    word, before = text[begin:].split()[0], text[:begin].split()[-1:]
+    if not word.isdigit() or len(word) < _DIGITS_OF_DECIMALS or not before or not _WHOLE_WORD.fullmatch(before[0]):
+        return []
+    has_point = re.search("[.,]", before[0]) is not None
+    is_feed = len(word) > _DIGITS_OF_DECIMALS and word[0] != "0" and statement.keyword == "L"
+    is_feed = is_feed and re.search(r"(?<!\w)F", text) is None and _COORDINATE_BEHIND.search(text, begin) is None
+    feed = [f"{before[0]} F{word}"] * is_feed
+    return feed if has_point else feed or [f"{before[0]}.{word}", f"{before[0]}{word}"]
 
 
 def _list_near_words(pattern: re.Pattern[str], word: str) -> list[str]:
@@ -150,9 +170,6 @@ def _join_word(pattern: re.Pattern[str], statement: Statement, text: str, begin:
     word = text[begin:].split()[0]
     earlier_words, following = text[:begin].split(), text[begin + len(word) :].split()
     if word.isdigit() and earlier_words and _WHOLE_WORD.fullmatch(earlier_words[-1]):
-        is_feed = len(word) >= _DIGITS_OF_FEED and word[0] != "0" and re.search(r"(?<!\w)F", text) is None
-        if is_feed and statement.keyword == "L" and pattern.fullmatch(f"F{word}"):
-            return f"{word}: the F before the feed rate is missing; did you mean F{word}?", begin
         message = f"{earlier_words[-1]} {word}: a blank is in the number; did you mean {earlier_words[-1]}{word}?"
         return message, text.rindex(earlier_words[-1], 0, begin)
     if statement.keyword in ("L", "C") and not earlier_words and (longer := join_keyword(statement, word)):
