@@ -82,8 +82,8 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
         place = coordinate[0]
         if re.match(r"[A-Z]\d+[ \t]*=", text[begin:]):
             return ProgramError("VP001", f"{place}: no parameter; did you mean Q{place[1:]}?", begin + 1)
-        if swapped := _find_swapped(text, begin):
-            return swapped
+        if swapped_words := _find_swapped(text, begin):
+            return swapped_words
         edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
         what = f"{place}: coordinates without a path function before them; write L {place}"
         return ProgramError("VP001", what, begin + 1, edits=(edit,))
@@ -99,8 +99,8 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
         right = with_letter[1] or with_letter[2]
         what = f"{with_letter[0].strip()}: a letter in the number of the block; did you mean {right}?"
         return ProgramError("VP001", what, with_letter.start() + 1 + len(text) - len(text.lstrip()))
-    if swapped := _find_swapped(text, begin):
-        return swapped
+    if swapped_words := _find_swapped(text, begin):
+        return swapped_words
     if number[2] and (digits := re.match(r"\d+(?=[ \t])", text[begin:])) is not None:
         if re.match(r"\d+[ \t]*=", text[begin:]):
             what = f"{digits[0]}: the Q before the number is missing; did you mean Q{digits[0]}?"

@@ -368,16 +368,16 @@ def _list_near_functions(number: int, *, tcp: bool) -> list[int]:
     M129 ends M128, and each is meant only where the other state holds.
     """
     digits, switch = str(number), "129" if tcp else "128"
-    known = [str(one) for one in FUNCTIONS if one not in (128, 129)]
-    doubled = [one for one in drop_doubles(digits, "0-9") if one in (*known, switch)]
-    if len(set(doubled)) == 1:
-        return [int(doubled[0])]
+    known_numbers = [str(one) for one in FUNCTIONS if one not in (128, 129)]
+    shorter_numbers = [one for one in drop_doubles(digits, "0-9") if one in (*known_numbers, switch)]
+    if len(set(shorter_numbers)) == 1:
+        return [int(shorter_numbers[0])]
     if list_near_numbers(digits, [switch]):  # of two digits, as M12, it may be another one where M128 is not in force
         return [int(switch)] if tcp or number >= _THREE_DIGITS else []
     beside = [
         one
-        for one in known
+        for one in known_numbers
         if len(one) == len(digits) and [a + b for a, b in zip(one, digits, strict=True) if a != b] in _KEYS_BESIDE
     ]
-    near = beside or [one for one in known if number >= _THREE_DIGITS and find_meant_number(digits, [one])]
+    near = beside or [one for one in known_numbers if number >= _THREE_DIGITS and find_meant_number(digits, [one])]
     return [int(near[0])] if len(near) == 1 else []
