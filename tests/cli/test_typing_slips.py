@@ -256,6 +256,7 @@ def test_a_sign_of_siemens_that_is_missing_or_too_many(
         ("BLK FORM0.1 Z X-5 Y-5 Z-5\nBLK FORM 0.2 X+5 Y+5 Z+0", "FORM0.1", "FORM 0.1", "a blank is missing"),
         ("BLK FORM 9.1 Z X-5 Y-5 Z-5\nBLK FORM 0.2 X+5 Y+5 Z+0", "9.1", "0.1", "no number of a corner"),
         ("BLK FORM 0.1 T X-5 Y-5 Z-5\nBLK FORM 0.2 X+5 Y+5 Z+0", "T X", "Z X", "no axis of the tool"),
+        ("BLK FORM 0.1 ZX-5 Y-5 Z-5\nBLK FORM 0.2 X+5 Y+5 Z+0", "ZX-5", "Z X-5", "a blank is missing"),
         ("N7 L X+5", "N7", "7", "a letter in the number of the block"),
         ("7K L X+5", "7K", "7", "a letter in the number of the block"),
         ("CALL LBL 7\nM30\n8W LBL 7\nL X+5\nLBL 0", "8W", "8", "a letter in the number of the block"),

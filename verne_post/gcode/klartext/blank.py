@@ -52,6 +52,11 @@ class Blank:
             what = "the point is missing" if written_text.isdigit() else "no number of a corner"
             text = f"BLK FORM {written_text}: {what}; write BLK FORM {right}"
             raise statement.error("VP001", text, 0, edits)
+        joined_words = re.match(r"[ \t]+0[.,]1[ \t]+(([XYZ])([XYZ][-+\d]\S*))", statement.rest)
+        if form is None and joined_words is not None:
+            self._low = {}
+            text = f"{joined_words[1]}: a blank is missing; did you mean {joined_words[2]} {joined_words[3]}?"
+            raise statement.error("VP001", text, joined_words.start(1))
         axis = re.match(r"[ \t]+0[.,]1[ \t]+([A-Z])(?=[ \t])", statement.rest)
         if form is None and axis is not None:
             self._low = {}
