@@ -393,7 +393,7 @@ def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
         ("b.ngc", "o<hole> sub\nG1 X5\no<hole> endsub\no<h|\nM2\n", ["o<hole>"]),
         ("a.nc", "%\nO1\nM98 P|\nM30\nO2000\nM99\nO1302\nM99\n%\n", ["2000", "1302"]),
         ("b.nc", "%\nO1\n#101=5.\nG1 X#1|\nM30\n%\n", ["#101"]),
-        ("a.h", '0 BEGIN PGM A MM\n1 CALL LBL |\n2 M30\n3 LBL 10\n4 LBL 0\n5 LBL "SIDE"\n6 LBL 0\n', ["10", "SIDE"]),
+        ("a.h", '0 BEGIN PGM A MM\n1 CALL LBL |\n2 M30\n3 LBL 10\n4 LBL 0\n5 LBL "SIDE"\n6 LBL 0\n', ["10", '"SIDE"']),
         ("b.h", "0 BEGIN PGM A MM\n1 Q12 = 5\n2 L Z+Q|\n3 M30\n", ["Q12"]),
         ("c.ngc", "#<depth>=5\n(#<d|)\nM2\n", []),
     ],
@@ -832,6 +832,15 @@ def test_unlike_passes_are_counted(inspector: Inspector, tmp_path: Path) -> None
     assert ask(inspector, tmp_path / "a.nc", text, "|X0.\nG80").endswith(", in the first of 2 passes")
 
 
+@pytest.mark.parametrize("place", ["|Q201=-1", "Q201=|-1", "Q206= |MAX"])
+@pytest.mark.parametrize("unit", ["MM", "INCH"])
+def test_hover_of_a_cycle_value_names_its_unit(inspector: Inspector, tmp_path: Path, place: str, unit: str) -> None:
+    cycle = "CYCL DEF 200 N ~\n Q200=2 ~\n Q201=-1 ~\n Q206= MAX ~\n Q202=5 ~\n Q210=0 ~\n Q203=0 ~\n Q204=3"
+    text = f"{KLARTEXT.replace(' MM', f' {unit}')}{cycle}\n3 M30\n4 END PGM T {unit}\n"
+    said = "plunge feed, in {}/min; here MAX" if "MAX" in place else "depth, in {}; here -1"
+    assert ask(inspector, tmp_path / "a.h", text, place) == said.format(unit.lower())
+
+
 def test_hover_of_s_beside_tool_call_does_not_say_that_the_spindle_stands(inspector: Inspector, tmp_path: Path) -> None:
     """M3 cannot stand in that line."""
     text = f"{KLARTEXT}3 M30\n4 END PGM T MM\n"
@@ -886,6 +895,15 @@ def test_a_word_is_told_as_its_block_has_it(
     assert ask(inspector, tmp_path / name, text, place).startswith(said)
 
 
+def test_a_word_that_fits_the_place_is_completed_alone() -> None:
+    """FUNCTION and FN stood before F of a feed rate; no tool was offered behind H."""
+    offered = {}
+    for name, text in (("a.h", f"{KLARTEXT}L X+10 F"), ("a.nc", f"{FANUC}G43 Z9 H")):
+        outline, last = Outline(lines := text.split("\n"), "auto", text.encode(), name), len(lines) - 1
+        offered[name] = [one.word for one in complete_word(outline, last, len(lines[-1]), {"1": "", "12": ""})]
+    assert offered == {"a.h": ["F", "FMAX", "F AUTO", "FU"], "a.nc": ["1", "12"]}
+
+
 @pytest.mark.parametrize(
     ("name", "text", "offered"),
     [
@@ -896,6 +914,11 @@ def test_a_word_is_told_as_its_block_has_it(
         ),
         ("a.nc", f"{FANUC}T", []),
         ("a.nc", f"{FANUC}#1=T", ["TAN"]),
+        ("a.ngc", f"{NGC}o100 c", ["CALL", "CONTINUE"]),
+        ("a.h", f'{KLARTEXT}LBL "HOLE"\nLBL 0\nCALL LBL ', ['"HOLE"']),
+        ("a.h", f'{KLARTEXT}LBL "HOLE"\nLBL 0\nCALL LBL "H', ['"HOLE"']),
+        ("a.h", f"{KLARTEXT}LBL 7\nLBL 0\nFN 9: IF +Q1 EQU +1 GOTO LBL ", ["7"]),
+        ("a.h", f"{KLARTEXT}CYCL CALL ", []),
     ],
 )
 def test_what_may_follow_is_completed(name: str, text: str, offered: list[str]) -> None:

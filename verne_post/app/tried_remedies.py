@@ -31,6 +31,7 @@ from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import is_in_inches, read_as_mm
 from verne_post.kinematics.checks.remedies import (
+    FARTHEST_MM,
     ROTARY_CODES,
     find_smallest_shift,
     is_beyond_at_start,
@@ -89,16 +90,17 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
     meant = find_meant_motion(source, program, findings)
     can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
+    in_inches = _find_mistaken_unit(source, program, errors)
     places: list[WorkOffset] = []
-    found = _find_offset(source, program, movable, places) if can_help else None
+    farthest = FARTHEST_MM if in_inches is None else FAR_MM
+    found = _find_offset(source, program, movable, places, farthest) if can_help else None
     nothing = _say_no_offset(program.options, places)
     offset, distance = found or (None, np.inf)
+    if in_inches is not None and distance > FAR_MM:
+        return _put_cause(in_inches, [one for one in findings if not _is_about_unit(one)])
     word = None
     if is_short and meant is None:
         word = _find_forgotten_g91(source, program, errors) or _find_word(source, program, joints, errors)
-    in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
-    if in_inches is not None:
-        return _put_cause(in_inches, [one for one in findings if not _is_about_unit(one)])
     if can_help:  # a sign explains a part under the table better than a word of the program does
         word = _find_slip_of_setup(source, program, movable, is_far=offset is None and word is None) or word
     chosen: dict[object, Finding] = {}
@@ -448,13 +450,13 @@ def _say_no_offset(options: Options, tried: Sequence[WorkOffset]) -> Remedy:
 
 
 def _find_offset(
-    source: Text, program: Program, errors: Sequence[Finding], tried: list[WorkOffset]
+    source: Text, program: Program, errors: Sequence[Finding], tried: list[WorkOffset], farthest: float
 ) -> tuple[Remedy, float] | None:
     """A work offset, as an option, with which the whole program was checked, and how far it moves the part, mm.
 
     Those that did not help are added to ``tried``.
     """
-    found = next(find_legal_offsets(source, program, errors, tried=tried), None)
+    found = next(find_legal_offsets(source, program, errors, tried=tried, farthest=farthest), None)
     if found is None:
         return None
     system, offset, left = found
@@ -469,7 +471,12 @@ def _find_offset(
 
 
 def find_legal_offsets(
-    source: Text, program: Program, errors: Sequence[Finding], free: str = "xyz", tried: list[WorkOffset] | None = None
+    source: Text,
+    program: Program,
+    errors: Sequence[Finding],
+    free: str = "xyz",
+    tried: list[WorkOffset] | None = None,
+    farthest: float = FARTHEST_MM,
 ) -> Iterator[tuple[int, WorkOffset, tuple[str, ...]]]:
     """Work offsets with no errors left but tilt and rotary travel: the system, the offset, the codes that are left.
 
@@ -488,7 +495,8 @@ def find_legal_offsets(
     axes = ["xyz".index(letter) for letter in free if letter in "xyz"]
     for moved in dict.fromkeys((tuple({2}.intersection(axes)), tuple(axes))):  # a part is raised more easily than moved
         basis = program.machine.coordinates.part_frame.T[list(moved)]
-        found = _find_legal_origin(source, program, origin, system, turn, concerned, basis, tried) if moved else None
+        where = (origin, system, turn, concerned, basis, tried, farthest)
+        found = _find_legal_origin(source, program, *where) if moved else None
         if found is not None:
             (x, y, z), left = found
             yield system, WorkOffset((float(x), float(y), float(z)), turn), left
@@ -503,13 +511,14 @@ def _find_legal_origin(
     errors: Sequence[Finding],
     basis: Array,
     tried: list[WorkOffset],
+    farthest: float,
 ) -> tuple[Array, tuple[str, ...]] | None:
     """An origin (3,) with no errors left but tilt and rotary travel, and their codes; None if none is found."""
     there, place, concerned = program, origin, list(errors)
     for _ in range(OFFSETS):
         worst = max(concerned, key=find_excess)
         line = _find_line(there, guard_joints(there), worst.worst_line or worst.line)
-        shift = None if line is None else find_smallest_shift(line.joints, basis)
+        shift = None if line is None else find_smallest_shift(line.joints, basis, farthest=farthest)
         if shift is None:
             return None
         step = turn_to_setup(program.machine.coordinates, np.array(shift.vector))
@@ -518,6 +527,8 @@ def _find_legal_origin(
             step = step if step.any() else ROUND_MM * np.array([0.0, 0.0, float(worst.code == "VP210")])
         moved = place + step - origin
         place = origin + np.sign(moved) * np.ceil(np.round(np.abs(moved) / ROUND_MM, 6)) * ROUND_MM
+        if np.linalg.norm(place - origin) > farthest:
+            return None
         x, y, z = (round(float(value), 6) for value in place)
         tried.append(WorkOffset((x, y, z), turn))
         wcs = {**program.options.wcs, system: tried[-1]}

@@ -174,13 +174,13 @@ def drop_doubles(word: str, characters: str = "A-Z") -> Iterator[str]:
 
 def find_correction(message: str) -> tuple[str, str] | None:
     """What a message says is written, and what is meant: of "SUAP: ...; did you mean SUPA?"; None where it does not."""
-    found = re.search(r"^([^:]+): .*; did you mean (\S+(?: (?!or )\S+)?)\?$", message)
-    if found is None or (" " in found[2] and _join_characters(found[1]) != _join_characters(found[2])):
-        return None  # a blank may be what is missing; else these are several words
+    found = re.search(r"^((?:[^:]|:(?=\S))+): .*; did you mean (\S+(?: (?!or )\S+)?)\?$", message)
+    if found is None or (" " in found[2] and sorted(_join(found[1])) != sorted(_join(found[2]))):
+        return None  # a blank may be what is missing, or the order what is wrong; else these are several words
     return found[1], found[2]
 
 
-def _join_characters(words: str) -> str:
+def _join(words: str) -> str:
     return re.sub(r"[\s\[\]]", "", words).upper()
 
 

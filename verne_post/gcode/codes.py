@@ -4,13 +4,13 @@ A code that is in no group cannot be executed. docs/make_words.py makes the tabl
 dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import Final, TypeVar
 
 from msgspec import Struct
 
-from verne_post.base.suggestions import drop_doubles, find_meant_number
+from verne_post.base.suggestions import drop_doubles
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Remedy
@@ -70,18 +70,13 @@ def describe_remap(code: str) -> str:
     return f'[remap] of the set-up, or of verne-post.toml, can give it a meaning: {key} = "ignore", or "event"'
 
 
-def make_unknown_function(
-    code: int, column: int | None, codes: Iterable[int] = (), doubled_codes: tuple[int, ...] = ()
-) -> ProgramError:
+def make_unknown_function(code: int, column: int | None, near_codes: Collection[int] = ()) -> ProgramError:
     """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles.
 
-    One of three digits, of which two have changed places, may be one of the ``codes``, or the builder's own; or one of
-    the ``doubled_codes``, with a digit twice.
+    The one of the ``near_codes`` that there is may be meant, or a code of the builder's own.
     """
     name = f"M{code}"
-    meant_codes = [one for one in codes if min(one, code) >= _THREE_DIGITS and find_meant_number(str(code), [str(one)])]
-    right = f"M{meant_codes[0]}" if len(meant_codes) == 1 and len(str(code)) == len(str(meant_codes[0])) else ""
-    right = f"M{doubled_codes[0]}" if len(doubled_codes) == 1 else right
+    right = f"M{next(iter(near_codes))}" if len(near_codes) == 1 else ""
     text = f"{name}: no meaning in this language; {f'did you mean {right}? Else ' * bool(right)}{REMAP_GIVES}"
     edits = (Remedy(f"write {right}", right, misspelt=name, is_choice=True),) if right else ()
     about = None if right else name
@@ -112,7 +107,7 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     if code not in table.group_of_m and code not in _KINEMATICS:
         near = {int(one) for one in drop_doubled_digits(str(code))} & _OFTEN_MEANT & table.group_of_m.keys()
-        raise make_unknown_function(code, column, doubled_codes=tuple(near))
+        raise make_unknown_function(code, column, near)
     if code not in table.group_of_m:
         text = f"M{code} is not a code of this language; {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))

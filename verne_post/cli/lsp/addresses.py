@@ -13,7 +13,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.program_lines import find_word, remove_remarks
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.codes import CYCLES
-from verne_post.gcode.klartext.vocabulary import name_parameter
+from verne_post.gcode.klartext.vocabulary import describe_parameter
 from verne_post.gcode.letters import BESIDE_MOTION, LETTERS, LETTERS_OF_KLARTEXT, OF_CORNERS, OF_LETTERS
 from verne_post.gcode.machining.state import State, name_unit_of_speed
 from verne_post.gcode.parameters import POSITION
@@ -25,6 +25,8 @@ from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, Tool, describe_tool_number, name_system
 
+#: How a Q parameter of cycles names its unit.
+_OF_PROGRAM: Final = "in the unit of the program"
 #: Decimals of coordinates, mm and degrees.
 _DECIMALS: Final = 4
 _CODE: Final = re.compile(r"(?<![A-Z_#<])([GM])[ \t]*0*(\d+(?:\.\d+)?)")
@@ -59,7 +61,9 @@ _NUMBER: Final = rf"[-+]?(?:\d+{_POINT}\d*|\.\d+)"
 _BRACKET: Final = r"\[(?:[^][]|\[(?:[^][]|\[[^][]*\])*\])*\]"
 _COMPUTED_VALUE: Final = rf"(?P<value>{_TEXT}|{_NUMBER}|[-+]?(?:#+\d+|#<[^<>]*>|#?{_BRACKET}))"
 #: Klartext also writes a comma in numbers.
-_KLARTEXT_VALUE: Final = rf"(?P<value>{_TEXT}|{_NUMBER.replace(_POINT, '[.,]?')}|[-+]?Q[LRS]?\d+)"
+_KLARTEXT_VALUE: Final = (
+    rf"(?P<value>{_TEXT}|{_NUMBER.replace(_POINT, '[.,]?')}|[-+]?Q[LRS]?\d+|(?:(?<==)|(?<== ))F?(?:MAX|AUTO)\b)"
+)
 _PARENTHESES: Final = r"\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)"
 _OPERAND: Final = rf"[-+]?(?:[\d.]+|[$A-Z_][\w$]*(?:{_PARENTHESES}|{_BRACKET})?|{_PARENTHESES})"
 _SIEMENS_VALUE: Final = rf"(?P<value>{_TEXT}|{_OPERAND}(?:[ \t]*[-+*/][ \t]*{_OPERAND})*)"
@@ -181,6 +185,12 @@ def describe_address(
     if own := _find_meaning_beside(address, dialect, block, state):
         return own
     meaning = _find_meaning(address.name, dialect) if address.value or len(address.name) > 1 else ""
+    if meaning and dialect == "heidenhain" and address.name[0] == "Q":
+        unit = "inch" if state is not None and state.modes.inch else "mm"
+        for words, short in ((f"per minute, {_OF_PROGRAM}", f"in {unit}/min"), (_OF_PROGRAM, f"in {unit}")):
+            meaning = meaning.replace(words, short)
+        shown = address.value if address.value.isalpha() else _show_value(address, state)  # FMAX
+        return f"{meaning}; here {shown}"
     if not meaning or machine is None or options is None:
         return meaning
     axis = address.name.removeprefix("I") if dialect == "heidenhain" else address.name
@@ -245,7 +255,7 @@ def _find_meaning(name: str, dialect: str) -> str:
     if dialect == "siemens":
         return ADDRESSES.get(name, "")
     if dialect == "heidenhain":
-        return name_parameter(int(name[1:])) if re.fullmatch(r"Q\d+", name) else LETTERS_OF_KLARTEXT.get(name, "")
+        return describe_parameter(int(name[1:])) if re.fullmatch(r"Q\d+", name) else LETTERS_OF_KLARTEXT.get(name, "")
     return LETTERS.get(name, "")
 
 

@@ -30,6 +30,8 @@ from verne_post.config.toml_entries import (
     find_value,
     list_entries,
 )
+from verne_post.gcode.block import KEYWORDS
+from verne_post.gcode.klartext.vocabulary import STATEMENTS
 from verne_post.gcode.known_words import list_meanings, list_values_of_cycle
 from verne_post.model.control_keys import KEYS
 from verne_post.model.options import OPTIONS, find_about
@@ -46,10 +48,15 @@ class Choice(Struct, frozen=True):
     snippet: str = ""  #: The word with places for the values that it takes, which editors go through.
 
 
-#: Where a program names a tool: after T, T=, TOOL CALL or LOADTL.
+#: Where a program names a tool: after T, T=, TOOL CALL or LOADTL, and after H and D of G41 to G43.
 _TOOL: Final = re.compile(
-    r"(?:(?<![A-Z_])T(?:\d?[ \t]*=)?|TOOL[ \t]+(?:CALL|DEF)|LOADTL[ \t]*/)[ \t]*(\"?[\w.-]*)$", re.IGNORECASE
+    r"(?:(?<![A-Z_])T(?:\d?[ \t]*=)?|G4[123](?:\.\d)?(?![\d.])[^(;]*(?<![A-Z_])[HD]|TOOL[ \t]+(?:CALL|DEF)"
+    r"|LOADTL[ \t]*/)[ \t]*(\"?[\w.-]*)$",
+    re.IGNORECASE,
 )
+#: What follows the number or name of an O word; first words of Klartext that stand nowhere else.
+_AFTER_O: Final = re.compile(r"[ \t]*o[ \t]*(?:\d+|<[^>]*>)[ \t]+([A-Z]*)$", re.IGNORECASE)
+_STATEMENTS: Final = {word.split()[0] for word in STATEMENTS} - {"R0", "RL", "RR", "M", "F", "S", "Q", "QL", "QR", "QS"}
 
 
 def complete_word(
@@ -84,12 +91,24 @@ def complete_word(
     known = list_meanings(dialect, executed_alone=True)
     if remove_remarks(before) != before:
         return []
-    own = [Choice(begin, word, line, word) for begin, word, line in outline.list_begun(number, column, folder, paths)]
+    if dialect == "rs274" and (flow := _AFTER_O.match(before)):
+        words = [word for word in KEYWORDS if word.startswith(flow[1].upper())]
+        return [Choice(flow.start(1), word, "; ".join(known.get(word, ())), word) for word in words]
+    begun = outline.list_begun(number, column, folder, paths)
+    own = [
+        Choice(begin, word, line, word if before[begin : begin + 1] == '"' else word.strip('"'))
+        for begin, word, line in begun
+    ]
+    if dialect == "heidenhain" and before.count('"') % 2:
+        return own
     for begin in range(len(before)):
         written = before[begin:].upper()
         if not before[begin].isalpha() or (begin and (before[begin - 1].isalpha() or before[begin - 1] == "_")):
             continue
-        if found := [word for word in known if word.startswith(written)]:
+        found = [word for word in known if word.startswith(written)]
+        if dialect == "heidenhain" and before[:begin].strip(" \t/0123456789"):
+            found = [word for word in found if word.split()[0] not in _STATEMENTS]
+        if found:
             return own + [
                 Choice(begin, word, "; ".join(dict.fromkeys(known[word])), word, _make_snippet(word, dialect))
                 for word in found

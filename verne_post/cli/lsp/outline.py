@@ -53,6 +53,7 @@ _WORDS: Final = {
     "heidenhain": _Words(
         r"^\s*(?:\d+\s+)?LBL\s*\"?([^\s\";]+)", r"LBL\s*0\b",
         r"CALL\s+LBL\s*\"?([^\s\";]+)|CALL\s+PGM\s*\"?([^\"\n;~]+)",
+        r"^\s*(?:\d+\s+)?LBL\s*\"?(?!0\b)([^\s\";]+)", r"GOTO\s+LBL\s*\"?([^\s\";]+)",
         variable=r"(?<![A-Z_\d])(Q[LRS]?\d+)\s*=", use=r"(?<![A-Z_\d])(Q[LRS]?\d+)",
     ),
     "aptcl": _Words(
@@ -314,7 +315,13 @@ class Outline:
                     if one.line == line:
                         continue
                     said = f"line {one.line + 1}: {self.lines[one.line].strip()}"
-                if name.lower().startswith(before[begun.begin :].lower()):
+                quoted = self.dialect == "heidenhain" and pattern != self.words.use and isinstance(one, Named)
+                quote = before[: begun.begin][-1:] == '"'
+                if quoted and name.isdecimal() and quote:
+                    continue  # a number has no quotes
+                if quoted and not name.isdecimal() and name.lower().startswith(before[begun.begin :].lower()):
+                    found.setdefault(name, (begun.begin - quote, f'"{name}"', said))
+                elif name.lower().startswith(before[begun.begin :].lower()):
                     begins = f"{sign}<" if sign and not sign.endswith("<") and not name.isdecimal() else sign
                     word = f"{begins}{name}{'>' * begins.endswith('<')}"
                     found.setdefault(word, (begun.begin - len(sign), word, said))

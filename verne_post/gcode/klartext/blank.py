@@ -5,9 +5,10 @@ from typing import Final
 
 from msgspec.structs import replace
 
+from verne_post.gcode.klartext.first_words import LETTERS_AS_DIGITS
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.slips import find_slip
-from verne_post.gcode.klartext.statements import LETTERS_AS_DIGITS, Statement
+from verne_post.gcode.klartext.statements import Statement
 from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9, Frame, Stock
 
@@ -42,7 +43,7 @@ class Blank:
         """
         form = _FORM.match(statement.rest)
         slip = re.match(
-            r"[ \t]+(?!0[.,][12][ \t])(?=[\dOLI]*[.,]|0[12])[O0]?[.,]{0,2}([12LI])(?=[ \t])", statement.rest
+            r"[ \t]+(?!0[.,][12][ \t])(?=[\dOLI]*[-:.,]|0[12])[O\d]?[-:.,]{0,2}([12LI])(?=[ \t])", statement.rest
         )
         if slip is not None:
             self._low = {}
@@ -51,6 +52,15 @@ class Blank:
             what = "the point is missing" if written_text.isdigit() else "no number of a corner"
             text = f"BLK FORM {written_text}: {what}; write BLK FORM {right}"
             raise statement.error("VP001", text, 0, edits)
+        joined_words = re.match(r"[ \t]+0[.,]1[ \t]+(([XYZ])([XYZ][-+\d]\S*))", statement.rest)
+        if form is None and joined_words is not None:
+            self._low = {}
+            text = f"{joined_words[1]}: a blank is missing; did you mean {joined_words[2]} {joined_words[3]}?"
+            raise statement.error("VP001", text, joined_words.start(1))
+        axis = re.match(r"[ \t]+0[.,]1[ \t]+([A-Z])(?=[ \t])", statement.rest)
+        if form is None and axis is not None:
+            self._low = {}
+            raise statement.error("VP001", f"{axis[1]}: no axis of the tool; did you mean Z?", axis.start(1))
         if form is None:
             return None
         pattern = _CYLINDER_WORD if form[4] else _CORNER_WORD

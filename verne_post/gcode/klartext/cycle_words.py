@@ -24,7 +24,12 @@ _EMPTY: Final = re.compile(r"Q(\d{1,6})[ \t]*=[ \t]*[-+]?[ \t]*(?:$|(?=Q\d+[ \t]
 #: A parameter whose Q is missing, whose = is missing, and whose value has another sign than + and -.
 _NO_LETTER: Final = re.compile(r"(\d{3})[ \t]*=")
 _JOINED_VALUE: Final = re.compile(r"Q(\d{3})(\d[\d.,]*)(?!\w)(?![ \t]*=)")
-_OTHER_SIGN: Final = re.compile(r"(Q\d+[ \t]*=[ \t]*)[*/=]([\d.,]+)(?!\w)")
+_OTHER_SIGN: Final = re.compile(r"(Q\d+[ \t]*=[ \t]*)[*/=]([-+]?[\d.,]+)(?!\w)")
+#: A digit before the sign of its value, or before the = of its parameter: Q208=3+000, Q20=0+2.
+_DIGIT_BEFORE_SIGN: Final = re.compile(r"Q(\d+)=(\d)$")
+#: Letters for digits in a value; more than one ~, or one before the last parameter of its line.
+_LETTERS_IN_VALUE: Final = re.compile(r"(Q\d+[ \t]*=[ \t]*)([-+]?[\dOIL.,]+)(?!\w)")
+_MISPLACED_TILDE: Final = re.compile(r"~[ \t]*(?=~|$)|~[ \t]*(Q\d+[ \t]*=[ \t]*[-+.,\w]+)[ \t]*(?=$|Q)")
 #: A parameter in whose number letters stand for digits.
 _LETTERS: Final = re.compile(r"(?<!\w)(Q[0-9OIL]+)(?=[ \t]*=)", re.IGNORECASE)
 _MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
@@ -32,8 +37,11 @@ _MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
 _LETTER_O: Final = re.compile(r"(?=\d+O)[\dO]+(?!\w)")
 #: The number of a cycle and of its line, with a comma in place of the point.
 _COMMA: Final = re.compile(r"(\d+),(\d+)(?![\d.,])")
-#: Two points, or the letter l for 1.
-_WRONG_HEAD: Final = re.compile(r"[ \t]*(\d+\.\.\d+|\d+\.[LI]|\d+[LI]\.\d+|[LI]\d\.\d+)(?!\w)")
+#: Another sign for the point, or the letter l for 1.
+_WRONG_HEAD: Final = re.compile(
+    r"[ \t]*(\d+(?:\.\.|,,|[-:])\d+|(?:7|8|9|1[0139]|32)[ \t]+\d(?=[ \t])"
+    r"|\d+\.[LI]|\d+[LI]\.\d+|[LI]\d\.\d+)(?!\w)"
+)
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
@@ -101,7 +109,7 @@ def read_head(statement: Statement) -> Head:
     """The number after CYCL DEF."""
     match = _HEAD.match(statement.rest)
     if (slip := _WRONG_HEAD.match(statement.rest)) is not None:
-        right = re.sub("[.,]{2}", ".", slip[1]).translate(_MEANT_DIGITS)
+        right = re.sub(r"[.,]{2}|[-:]|[ \t]+", ".", slip[1]).translate(_MEANT_DIGITS)
         text = f"{slip[1]}: no number of a cycle; did you mean {right}?"
         raise statement.error("VP001", text, slip.start(1))
     if (written_text := re.match(r"[ \t]*(\d*\.|\.\d+)(?![\d.])", statement.rest)) is not None:
@@ -180,9 +188,11 @@ def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
         return statement.error("VP001", text, head.at + at, edits)
     if (written_text := _OTHER_SIGN.match(rest)) is not None:
         is_double = "==" in written_text[0]
-        signs = ("", "-") if is_double else ("+", "-")
+        signs = ("",) if written_text[2][0] in "-+" else ("", "-") if is_double else ("+", "-")
         rights = [f"{written_text[1]}{one}{written_text[2]}" for one in signs]
-        edits = tuple(Remedy(f"write {one}", one, misspelt=written_text[0], is_choice=True) for one in rights)
+        edits = tuple(
+            Remedy(f"write {one}", one, misspelt=written_text[0], is_choice=len(rights) > 1) for one in rights
+        )
         what = "two = stand in it" if is_double else "a number has + or - as its sign"
         text = f"{written_text[0]}: {what}; write {' or '.join(rights)}"
         return statement.error("VP001", text, head.at + at, edits)
@@ -222,6 +232,24 @@ def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
         return statement.error(
             "VP001", f"{written_text[0]}: a blank is in the number; write {right}", head.at + at, edits
         )
+    needs_sign = re.match(r"([-+])[\d.,]+(?!\w)", rest)
+    if needs_sign is not None and (parts := _DIGIT_BEFORE_SIGN.search(head.rest[:at])) is not None:
+        is_of_name = int(parts[1]) not in needs and int(parts[1] + parts[2]) in needs
+        wrong, sign, digits = f"{parts[0]}{needs_sign[0]}", needs_sign[1], needs_sign[0][1:]
+        right = f"Q{parts[1]}{parts[2]}={sign}{digits}" if is_of_name else f"Q{parts[1]}={sign}{parts[2]}{digits}"
+        text = f"{wrong}: a digit stands before the {'=' if is_of_name else 'sign'}; did you mean {right}?"
+        return statement.error("VP001", text, head.at + parts.start())
+    if (letter := _LETTERS_IN_VALUE.match(rest)) is not None:
+        right = f"{letter[1]}{letter[2].translate(_MEANT_DIGITS)}"
+        text = f"{letter[0]}: a letter in the number; did you mean {right}?"
+        return statement.error("VP001", text, head.at + at)
+    if (tilde := _MISPLACED_TILDE.match(rest)) is not None:
+        first, last = (statement.find_place(head.at + at + one)[0] for one in (0, len(tilde[0].rstrip()) - 1))
+        right = f"{tilde[1]} ~" if tilde[1] and first == last else ""
+        wrong = tilde[0].rstrip() if right else "~"
+        edits = (Remedy(f"write {right}" if right else "take one ~ out", right, misspelt=wrong),)
+        what = f"a ~ ends its line; write {right}" if right else "one ~ at the end of a line is enough; take one out"
+        return statement.error("VP001", f"{wrong}: {what}", head.at + at, edits)
     if not re.match(r"Q\d|[-+\d]", word):
         edits = (Remedy(f"write ;{word}", f";{word}", misspelt=word),)
         text = f"{word[:20]}: a remark begins with ;, which is missing; write ;{word[:20]}"

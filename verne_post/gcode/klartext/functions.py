@@ -2,14 +2,17 @@
 
 import dataclasses
 import re
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from msgspec.structs import replace
 
+from verne_post.base.suggestions import MAY_BE_MEANT, drop_doubles, find_meant_number, list_near_numbers
 from verne_post.gcode.codes import RS274, make_unknown_function
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.contour import KlartextContour
+from verne_post.gcode.klartext.first_words import LETTERS_AS_DIGITS
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import (
@@ -25,6 +28,7 @@ from verne_post.gcode.machining.turning import warn_of_late_tcp
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import At, ProgramError, write_before
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9, FeedMode, MoveKind, Selection
 from verne_post.model.part_setup import Tool, describe_tool_number
 
@@ -34,6 +38,9 @@ _TOOL_AXIS: Final = re.compile(r"[ \t]+([XYZUVW])(?=[ \t]|$)")
 _FULL_TURN: Final = 360.0
 #: Functions that say in which system the coordinates of their block are.
 _PLACES: Final = {91, 92, 130}
+_THREE_DIGITS: Final = 100
+#: A digit, and the one on the key beside it.
+_KEYS_BESIDE: Final = tuple([pair] for a, b in pairwise("1234567890") for pair in (a + b, b + a))
 #: Functions of which one may stand in a block.
 _ALIKE: Final = (_PLACES, set(ARC_FEEDS))
 
@@ -105,6 +112,10 @@ class KlartextFunctions:
             return number_of_tool(name, call, "heidenhain", self.setup, self.state, column), name_match.end()
         found = _TOOL_NUMBER.match(text)
         if found is None:
+            if letters := re.match(r"[ \t]*([\dLIO]+)(?=[ \t]+Z)", text):
+                right = letters[1].translate(LETTERS_AS_DIGITS)
+                message = f"{letters[1].replace('L', 'l')}: a letter in the number; did you mean {right}?"
+                raise statement.error("VP001", message, letters.start(1))
             return None, 0
         name = found.group(1)
         number = self.q.read_value(name) if name.startswith("Q") else float(name.replace(",", "."))
@@ -220,10 +231,14 @@ class KlartextFunctions:
             if number in (89, 99) and beside not in ("", "coordinates"):
                 raise ProgramError("VP017", f"M{number} beside {beside}; write it in a separate block", word.column)
             if number in REFUSED_FUNCTIONS and self.core.auxiliary.find_user_meaning("M", number) is None:
-                raise ProgramError("VP002", f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})", word.column)
+                text = f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})"
+                near = _list_near_functions(number, tcp=self.modes.tcp)
+                edits = tuple(Remedy(f"write M{one}", f"M{one}", misspelt=f"M{number}", is_choice=True) for one in near)
+                text += f"; M{near[0]}{MAY_BE_MEANT}" if edits else ""
+                raise ProgramError("VP002", text, word.column, edits=edits)
             is_known = number in FUNCTIONS or number in FUNCTIONS_WITHOUT_EFFECT
             if not is_known and self.core.auxiliary.find_user_meaning("M", number) is None:
-                raise make_unknown_function(number, word.column, FUNCTIONS)
+                raise make_unknown_function(number, word.column, _list_near_functions(number, tcp=self.modes.tcp))
 
     def begin_functions(self, words: Words) -> None:
         """What M functions do at the beginning of their block; S of the block."""
@@ -345,3 +360,24 @@ class KlartextFunctions:
         ]
         self.core.start_of_motion(kind, absolute=True, machine=False)
         self.frames.run_line(self.frames.block, kind, end, [0, 1, 2], absolute=False)
+
+
+def _list_near_functions(number: int, *, tcp: bool) -> list[int]:
+    """The M function that a slip of typing makes of this number: [] where none, or no one, is likely.
+
+    M129 ends M128, and each is meant only where the other state holds.
+    """
+    digits, switch = str(number), "129" if tcp else "128"
+    known_numbers = [str(one) for one in FUNCTIONS if one not in (128, 129)]
+    shorter_numbers = [one for one in drop_doubles(digits, "0-9") if one in (*known_numbers, switch)]
+    if len(set(shorter_numbers)) == 1:
+        return [int(shorter_numbers[0])]
+    if list_near_numbers(digits, [switch]):  # of two digits, as M12, it may be another one where M128 is not in force
+        return [int(switch)] if tcp or number >= _THREE_DIGITS else []
+    beside = [
+        one
+        for one in known_numbers
+        if len(one) == len(digits) and [a + b for a, b in zip(one, digits, strict=True) if a != b] in _KEYS_BESIDE
+    ]
+    near = beside or [one for one in known_numbers if number >= _THREE_DIGITS and find_meant_number(digits, [one])]
+    return [int(near[0])] if len(near) == 1 else []

@@ -7,8 +7,9 @@ from msgspec import Struct, field
 
 from verne_post.base.suggestions import list_near_numbers, name_near_numbers
 from verne_post.gcode.expressions import MAX_NUMBER
+from verne_post.gcode.klartext.first_words import LETTERS_AS_DIGITS
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
-from verne_post.gcode.klartext.statements import LETTERS_AS_DIGITS, Statement, label_name
+from verne_post.gcode.klartext.statements import Statement, label_name
 from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
 from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError, write_meant
 from verne_post.model.findings import Remedy

@@ -24,8 +24,11 @@ _DIGIT_BEFORE_Q: Final = re.compile(r"([FS]?)(\d)Q(\d*)")
 _TOOL_AND_AXIS: Final = re.compile(r"(\d+(?=Z)|Z(?=[SF]))(Z|[SF]\d+)")
 _NAME_AND_NUMBER: Final = re.compile(r"([A-Z]{3,6})([-+]?[\d.,]+)")
 #: Words too short for other slips, and the keys beside those of their letters.
-_SHORT_WORD: Final = re.compile(r"R[LR0]|DR[-+]|M\d{1,3}")
-_KEYS_BESIDE: Final = {"D": "SFERXC", "R": "ETDF4", "L": "KOP", "M": "NJK"}
+_SHORT_WORD: Final = re.compile(r"R[LR0]|DR[-+]|M\d{1,3}|A[-+]?[\d.,]+")
+#: More digits than these, alone behind the coordinates of a line without F, are a feed rate.
+_DIGITS_OF_DECIMALS: Final = 2
+_COORDINATE_BEHIND: Final = re.compile(r"[ \t]I?[XYZABCUVW][-+\d]")
+_KEYS_BESIDE: Final = {"A": "Q", "D": "SFERXC", "R": "ETDF4", "L": "KOP", "M": "NJK"}
 
 
 def find_slip(
@@ -52,8 +55,34 @@ def find_slip(
         right = f"{parts[1]} {parts[2]}"
         edits = (Remedy(f"write {right}", right, misspelt=word),)
         return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
+    is_point = word[0] == ":" or re.fullmatch(r"[A-Z]+[-+]\d+-\d+", whole) is not None
+    if (is_point or word == "Q") and text[begin - 1].isdigit():
+        right = f"{whole[:-2]}Q{whole[-2]}" if word == "Q" else re.sub(r"(?<=\d)[-:]", ".", whole)
+        if pattern.fullmatch(right):
+            what = "a digit before its letter" if word == "Q" else f"{word[0]} in a number"
+            return statement.error("VP001", f"{whole}: {what}; did you mean {right}?", start)
     if equals := find_equals(text, begin):
         return statement.error("VP001", equals, begin)
+    earlier_words = text[:begin].split()
+    if rights := _list_divided(statement, text, begin):
+        at = text.rindex(earlier_words[-1], 0, begin)
+        wrong = text[at : begin + len(word)]
+        edits = tuple(Remedy(f"write {one}", one, misspelt=wrong, is_choice=len(rights) > 1) for one in rights)
+        message = f"{wrong}: a blank in a number, or a number without its letter; write {' or '.join(rights)}"
+        return statement.error("VP001", message, at, edits)
+    if earlier_words and (digit := re.fullmatch(r"(\d)([A-Z])(.+)", word)):
+        number, rest = earlier_words[-1] + digit[1], digit[2] + digit[3]
+        if pattern.fullmatch(number) and pattern.fullmatch(rest) and not earlier_words[-1].startswith("R"):
+            rights = [f"{number} {rest}"]
+            if digit[3][0].isdigit():
+                rights.append(f"{earlier_words[-1]} {digit[2]}{digit[1]}{digit[3]}")
+            at = text.rindex(earlier_words[-1], 0, begin)
+            wrong = text[at : begin + len(word)]
+            is_choice = len(rights) > 1
+            edits = tuple(Remedy(f"write {one}", one, misspelt=wrong, is_choice=is_choice) for one in rights)
+            what = "the blank is at a wrong place"
+            ending = f"write {' or '.join(rights)}" if is_choice else f"did you mean {rights[0]}?"
+            return statement.error("VP001", f"{wrong}: {what}; {ending}", at, edits)
     if moved_blank := _join_word(pattern, statement, text, begin):
         message, at = moved_blank
         return statement.error("VP001", message, at)
@@ -79,6 +108,18 @@ def find_slip(
     return None
 
 
+def _list_divided(statement: Statement, text: str, begin: int) -> list[str]:
+    """What a number alone may be behind a coordinate: a feed rate, or the decimals; [] for one digit, its last one."""
+    word, before = text[begin:].split()[0], text[:begin].split()[-1:]
+    if not word.isdigit() or len(word) < _DIGITS_OF_DECIMALS or not before or not _WHOLE_WORD.fullmatch(before[0]):
+        return []
+    has_point = re.search("[.,]", before[0]) is not None
+    is_feed = len(word) > _DIGITS_OF_DECIMALS and word[0] != "0" and statement.keyword == "L"
+    is_feed = is_feed and re.search(r"(?<!\w)F", text) is None and _COORDINATE_BEHIND.search(text, begin) is None
+    feed = [f"{before[0]} F{word}"] * is_feed
+    return feed if has_point else feed or [f"{before[0]}.{word}", f"{before[0]}{word}"]
+
+
 def _list_near_words(pattern: re.Pattern[str], word: str) -> list[str]:
     """The short words of a statement that a key beside the right one turns into this word."""
     readings = (
@@ -101,6 +142,8 @@ def _read_as_meant(pattern: re.Pattern[str], word: str, names: Sequence[str]) ->
         readings += [("two letters in the wrong order", f"{letters[2]}{letters[1]}{letters[3]}")]
     if "I" in word[1:] and re.search(r"[-+\d]", word):
         readings += [("the letter I in a number", word[0] + word[1:].replace("I", "1"))]
+    if re.fullmatch(r"[A-Z]+[-+][\d.,]*L[\d.,L]*", word):
+        readings += [("the letter l in a number", word[:2] + word[2:].replace("L", "1"))]
     if word[-1] == "O" and word[:-1] in names and len(word) > 3:
         readings += [("the letter O in a number", f"{word[:-1]}0")]
     if swapped_parts := _SIGN_IN_NUMBER.fullmatch(word):
@@ -129,11 +172,6 @@ def _join_word(pattern: re.Pattern[str], statement: Statement, text: str, begin:
     if word.isdigit() and earlier_words and _WHOLE_WORD.fullmatch(earlier_words[-1]):
         message = f"{earlier_words[-1]} {word}: a blank is in the number; did you mean {earlier_words[-1]}{word}?"
         return message, text.rindex(earlier_words[-1], 0, begin)
-    if earlier_words and (digit := re.fullmatch(r"(\d)([A-Z].+)", word)):
-        number = earlier_words[-1] + digit[1]
-        if pattern.fullmatch(number) and pattern.fullmatch(digit[2]) and not earlier_words[-1].startswith("R"):
-            message = f"{earlier_words[-1]} {word}: the blank is at a wrong place; did you mean {number} {digit[2]}?"
-            return message, text.rindex(earlier_words[-1], 0, begin)
     if statement.keyword in ("L", "C") and not earlier_words and (longer := join_keyword(statement, word)):
         written_word = f"{statement.keyword}{text[:begin]}{longer[1:]}"
         return f"{written_word}: a blank is in the word; did you mean {longer}?", -1

@@ -12,8 +12,14 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import drop_doubles, find_correction, find_meant
-from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS, STATEMENTS
+from verne_post.base.suggestions import find_correction
+from verne_post.gcode.klartext.first_words import (
+    KEYWORD,
+    LETTERS_AS_DIGITS,
+    is_half_keyword,
+    refuse_joined,
+    refuse_unread,
+)
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
@@ -21,58 +27,23 @@ from verne_post.gcode.words import split_words
 from verne_post.model.findings import Remedy
 
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
-_KEYWORD: Final = re.compile(
-    "|".join(
-        re.escape(word).replace(r"\ ", r"[ \t]+")
-        + (
-            ""
-            if len(word) == 1 and word != "C"
-            else r"(?![A-Z])"
-            if word in ("CYCL DEF", "TOOL CALL", "TOOL DEF")
-            else r"(?![A-Z0-9])"
-        )
-        for word in sorted(STATEMENTS, key=len, reverse=True)
-        if word not in (*"LCMQFS", "FN", "QL", "QR", "QS")
-    )
-    + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)"
-    r"|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
-)
-#: A coordinate, where a keyword is to stand.
-_COORDINATE: Final = re.compile(r"I?[XYZABCUVW][ \t]*[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?!\w)")
 #: A line that goes on with parameters of the cycle defined above it, where the tilde is left out. A cycle line that has
 #: some itself is complete, and what follows it may be an assignment.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
 _CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d[\dO]{2}", re.IGNORECASE)
 _EQUALS: Final = re.compile(r"[ \t]*(?!Q)([A-Z]+)[ \t]*=[ \t]*([-+]?(?:\d+(?:[.,]\d*)?|Q[LR]?\d+))(?!\w)")
-LETTERS_AS_DIGITS: Final = str.maketrans("OIL", "011")
-#: The number of a block in which letters stand for digits.
-_BLOCK_NUMBER: Final = re.compile(r"[ \t]*((?=[OIL\d]*[OIL])[OIL\d]+)[ \t]+")
-#: A text of several words, none of which is a coordinate.
-_TEXT_OF_REMARK: Final = re.compile(r"(?!.*[ \t]I?[XYZABCUVWF][-+]?\d).*[ \t]\S")
-_THREE_WORDS: Final = re.compile(r"(\S+)(?:[ \t]+(\S+))?(?:[ \t]+(\S+))?")
-#: Statements of one word that another one follows.
-_FIRST_WORDS: Final = ("PLANE", "FUNCTION", "TRANS", "APPR", "DEP")
-#: Words of path functions, of one or two letters: what stands behind a misspelt one tells which is meant.
-_OF_PATHS: Final = re.compile(r"([LC][A-Z]?|[A-Z][LC])[ \t]+(?:I?[XYZABCUVW]|P[AR]|[NT][XYZ])[ \t]*[-+.,\dQ]")
-#: Of each of these words the first that stands there decides.
-_TOLD_BY: Final = (
-    (re.compile(r"(?<!\w)[NT][XYZ]"), {"L": "LN"}),
-    (re.compile(r"(?<!\w)I?PA"), {"L": "LP", "C": "CP"}),
-    (re.compile(r"(?<!\w)R[ \t]*[-+]?[1-9Q]"), {"C": "CR"}),
-)
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
 #: A line that is nothing but a comment; one that goes on is a comment in the next line too.
 _REMARK: Final = re.compile(rb"[ \t]*+\d*+[ \t]*+;.*", re.DOTALL)
 _LABEL: Final = re.compile(
-    rb"^[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))|(LBL\d+)"
+    rb"^[ \t]*+/?[ \t]*+N?\d*+(?:[A-Z](?=[ \t]+LBL))?[ \t]*+/?[ \t]*+(?:LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))|(LBL\d+)"
     rb"|([A-Z]{2,4}+[ \t]*+(?:\"[^\n;]*|[\dLIO]*|[^\n;]*\")))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
-#: LBL1 or CALL LBL1, without the blank before the number.
-_JOINED_LABEL: Final = re.compile(r"(?:CALL[ \t]+)?LBL\d+(?![^ \t])")
+_LETTER_IN_NUMBER: Final = re.compile(rb"[ \t]*+/?[ \t]*+(?:N\d|\d++[A-Z])", re.IGNORECASE)
 #: BEGIN PGM or END PGM: which, the name, the unit.
 _FRAME: Final = re.compile(
     rb"^[ \t]*+\d*+[ \t]*+(BEGIN|END)[ \t]+PGM\b[ \t]*([^;\r\n]*?)[ \t]*(?:(?<=[ \t])(MM|INCH|IN))?"
@@ -188,7 +159,7 @@ class KlartextText(ChunkedText):
             more = decode_line(following)
             if not goes_on and not _CYCLE_PARAMETER.match(more.upper()):
                 break
-            if cycle and not goes_on:
+            if cycle and not goes_on and not parts[-1].lstrip().startswith("~"):
                 without = without or line + len(parts) - 1
             if goes_on and _is_cycle(parts[0]) and _is_block(more):
                 break
@@ -286,6 +257,10 @@ class KlartextText(ChunkedText):
             error = refuse_label(statement)
         except ProgramError as unread:
             error, correction = unread, find_correction(unread.message)
+            if correction is not None and correction[1].isdigit():
+                unread.line = line
+                self.label_errors.append(unread)
+                return ""
             if correction is None or correction[1] != "LBL":
                 return ""
             statement = Statement(line, "LBL", _capitalise(text)[(unread.column or 1) - 1 + len(correction[0]) :])
@@ -310,7 +285,9 @@ class KlartextText(ChunkedText):
             name = label_name(next(one for one in match.groups() if one is not None))
             column = match.group().upper().index(b"LBL") + 1 if match.group(4) is None else 0
             if match.group(3) is not None:
-                raise _refuse_joined(match.group(3).decode().upper(), column, line)
+                raise refuse_joined(match.group(3).decode().upper(), column, line)
+            if _LETTER_IN_NUMBER.match(match.group()):
+                self._find_mistyped_label(line)
             if match.group(4) is not None:
                 meant_label = self._find_mistyped_label(line)
                 if not meant_label:
@@ -365,7 +342,7 @@ def label_name(text: bytes | str) -> str:
 def join_keyword(statement: Statement, word: str) -> str:
     """The first word of a longer statement that begins with the letter of this one, as in C YCL DEF; empty if none."""
     first = f"{statement.keyword}{word}"
-    keyword = _KEYWORD.match(f"{statement.keyword}{statement.rest.lstrip()}")
+    keyword = KEYWORD.match(f"{statement.keyword}{statement.rest.lstrip()}")
     return first if keyword is not None and keyword.group().split()[0] == first else ""
 
 
@@ -384,7 +361,7 @@ def _is_block(text: str) -> bool:
     """Whether a line begins with a word of the language, and not with a Q parameter."""
     text = _capitalise(_strip_comment(text)[0])
     number = _NUMBER.match(text)
-    keyword = None if number is None else _KEYWORD.match(text, number.end())
+    keyword = None if number is None else KEYWORD.match(text, number.end())
     return keyword is not None and not keyword.group().startswith("Q")
 
 
@@ -422,37 +399,9 @@ def read_statement(parts: list[str], line: int) -> Statement:
         return Statement(line, "", "", begin, is_deleted)
     if text.startswith("*", begin):  # a structure line
         return Statement(line, "", text[begin:], begin, is_deleted)
-    keyword = _KEYWORD.match(text, begin)
-    if keyword is not None and keyword.group() == "F" and re.match(r"F[ \t]*\d{1,2}[ \t]*:", text[begin:]):
-        raise ProgramError("VP001", "F: a letter of FN is missing; did you mean FN?", begin + 1)
-    if keyword is None:
-        word = re.match(r"[^\s+\-=]*", text[begin:])
-        shown_word = (word.group() if word else "") or text[begin : begin + 10]
-        if shown_word in REFUSED_STATEMENTS:
-            why = f"executed ({REFUSED_STATEMENTS[shown_word]}); docs/heidenhain.md lists them"
-            raise ProgramError("VP002", f"{shown_word[:20]} is not {why}", begin + 1)
-        if coordinate := _COORDINATE.match(text, begin):
-            place = coordinate[0]
-            edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
-            what = f"{place}: coordinates without a path function before them; write L {place}"
-            raise ProgramError("VP001", what, begin + 1, edits=(edit,))
-        if joined_label := _JOINED_LABEL.match(text, begin):
-            raise _refuse_joined(joined_label.group(), begin + 1, line)
-        wrong_number = _BLOCK_NUMBER.match(text)
-        if wrong_number is not None and _KEYWORD.match(text, wrong_number.end()):
-            right = wrong_number[1].translate(LETTERS_AS_DIGITS)
-            what = f"{wrong_number[1]}: a letter in the number of the block; did you mean {right}?"
-            raise ProgramError("VP001", what, wrong_number.start(1) + 1)
-        if number[2] and (digits := re.match(r"\d+(?=[ \t])", text[begin:])) is not None:
-            if re.match(r"\d+[ \t]*=", text[begin:]):
-                what = f"{digits[0]}: the Q before the number is missing; did you mean Q{digits[0]}?"
-                raise ProgramError("VP001", what, begin + 1)
-            right = f"{number[2]}{digits[0]}"
-            edit = Remedy(f"write {right}", right, misspelt=text[number.start(2) : begin + digits.end()])
-            what = f"{number[2]} {digits[0]}: a blank is in the number of the block; write {right}"
-            raise ProgramError("VP001", what, number.start(2) + 1, edits=(edit,))
-        why = "not a statement that is executed here; docs/heidenhain.md lists them"
-        raise _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
+    keyword = KEYWORD.match(text, begin)
+    if keyword is None or is_half_keyword(text, keyword):
+        raise refuse_unread(text, number, line)
     name = " ".join(keyword.group().split())
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin
     rest, further_lines = text[at:], list[int]()
@@ -460,117 +409,6 @@ def read_statement(parts: list[str], line: int) -> Statement:
         further_lines.append(len(rest) + 1)
         rest += f" {_capitalise(part)}"
     return Statement(line, name, rest.rstrip(" "), at, is_deleted, tuple(further_lines))
-
-
-def _find_path(text: str) -> str:
-    """The path function that a misspelt one is meant for, as LN for LM before a normal; empty where none is told."""
-    match = _OF_PATHS.match(text)
-    if match is None:
-        return ""
-    kind = "L" if "L" in match[1] else "C"
-    right = next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
-    # of arcs C, CT and CTP have the same words
-    return right or (kind if kind == "L" or match[1] == "CC" else "")
-
-
-def _refuse_joined(text: str, column: int, line: int) -> ProgramError:
-    """The error of LBL1 or CALL LBL1: the same where LBL1 is executed, and where its label is called."""
-    right = " ".join(text.replace("LBL", "LBL ").split())
-    edits = (Remedy(f"write {right}", right, line=line, misspelt=text),)
-    return ProgramError("VP001", f"{text}: a blank is missing; write {right}", column, line=line, edits=edits)
-
-
-def _fits(word: str, rest: str) -> bool:
-    """Whether a statement begins with a word and what follows it."""
-    keyword = _KEYWORD.match(word + rest)
-    return keyword is not None and keyword.group().split()[0] == word
-
-
-def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:
-    """The error of a statement whose first word, or the word after a right one, is in no statement."""
-    rest = text[begin + len(first) :]
-    phrases = [name.split() for name in STATEMENTS]
-    phrases.sort(
-        key=lambda one: (_KEYWORD.match(one[0] + rest) or [""])[0].split()[:1] != one[:1]
-    )  # what fits is meant
-    words = _THREE_WORDS.match(text, begin)
-    given_words = [] if words is None else [one for one in words.groups() if one]
-    for phrase in phrases:
-        known_words = " ".join(phrase)
-        for count in range(1, len(given_words) + 1):
-            if (
-                len(known_words) > 2
-                and "".join(given_words[:count]) == known_words.replace(" ", "")
-                and words is not None
-            ):
-                written_text, what = text[begin : words.end(count)], "missing" if count == 1 else "in the word"
-                return ProgramError(
-                    "VP001", f"{written_text}: a blank is {what}; did you mean {known_words}?", begin + 1
-                )
-        if len(phrase) > 1 and phrase[1:] == given_words[1:2] and all(first != one[0] for one in phrases):
-            is_near = len(first) == len(phrase[0]) and first[1:] == phrase[0][1:]
-            if is_near or first == phrase[0][1:]:
-                text = f"{first}: no meaning in this language; did you mean {phrase[0]}?"
-                return ProgramError("VP002", text, begin + 1)
-    for once in drop_doubles(first):
-        if _fits(once, rest):
-            message = f"{first}: the letter is there twice; did you mean {once}?"
-            return ProgramError("VP001", message, begin + 1)
-    seconds = [phrase[1] for phrase in phrases if phrase[0] == first and len(phrase) > 1]
-    after = re.match(r"[ \t]+([A-Z]+)", text[begin + len(first) :])
-    if seconds and after is not None:
-        column = begin + len(first) + after.start(1) + 1
-        fit = [one for one in dict.fromkeys(seconds) if find_meant(after[1], [one], least=3) or one[1:] == after[1]]
-        if len(fit) == 1:
-            message = f"{after[1]}: no meaning in this language; did you mean {fit[0]}?"
-        else:
-            message = f"{after[1]}: no word that follows {first}; write {' or '.join(dict.fromkeys(seconds))}"
-        return ProgramError("VP002", message, column)
-    if re.match(r"\d+[ \t]*$", text[begin:]):
-        return ProgramError("VP001", f"{first}: the letter before this number is missing, as in M{first}", begin + 1)
-    if parameter := re.fullmatch(r"(Q[LRS]?)([LO\d]*[LO][LO\d]*)", first):
-        right = parameter[1] + parameter[2].translate(str.maketrans("LO", "10"))
-        return ProgramError("VP001", f"{first}: a letter in the number; did you mean {right}?", begin + 1)
-    if first_word := next((one for one in _FIRST_WORDS if first.startswith(one)), ""):
-        right = f"{first_word} {first[len(first_word) :]}"
-        return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
-    if (joined_text := re.match(r"([A-Z]{2,})(?=[-+]?[\d.])", first)) and joined_text[1] in STATEMENTS:
-        right = f"{joined_text[1]} {first[joined_text.end() :]}"
-        return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
-    if moved_blank := re.match(r"([LC])(I?[XYZABC]|M)[ \t]+([-+]?\d[\d.,]*)", text[begin:]):
-        right = f"{moved_blank[1]} {moved_blank[2]}{moved_blank[3]}"
-        return ProgramError(
-            "VP001", f"{moved_blank[0]}: the blank is at a wrong place; did you mean {right}?", begin + 1
-        )
-    if re.match(r"[FN][ \t]*\d{1,2}[ \t]*:", text[begin:]):
-        return ProgramError("VP001", f"{first[0]}: a letter of FN is missing; did you mean FN?", begin + 1)
-    if text[begin:].strip() == "M":
-        return ProgramError("VP001", "M: the number of the M function is missing, as in M8", begin + 1)
-    if re.fullmatch("Q[LRS]?", first) and re.match(r"[ \t]*=", rest):
-        return ProgramError("VP001", f"{first}: the number of the parameter is missing, as in {first}1 =", begin + 1)
-    if first in ("K", "O", "P") and re.match(r"[ \t]+I?[XYZABC][-+]?[\d.]", rest):  # keys beside L
-        return ProgramError("VP002", f"{first}: no path function; did you mean L?", begin + 1)
-    if re.fullmatch(r"N\d{1,3}", text[begin:].rstrip()):
-        edits = (Remedy(f"write M{first[1:]}", f"M{first[1:]}", misspelt=first, is_choice=True),)
-        message = f"{first}: Klartext has no N words; write M{first[1:]} if the M function is meant"
-        return ProgramError("VP001", message, begin + 1, edits=edits)
-    if path := _find_path(text[begin:]):
-        return ProgramError("VP002", f"{first}: no meaning in this language; did you mean {path}?", begin + 1)
-    before_number = ("LBL",) if re.fullmatch(r"[ \t]*(?:\d+|\"[^\"]*\")[ \t]*", rest) else ()
-    near = find_meant(first, before_number, (phrase[0] for phrase in phrases), slip_alone=True, least=3)
-    ends = [
-        phrase[0]
-        for phrase in phrases
-        if len(phrase[0]) > 2 and len(first) == len(phrase[0]) and first[1:] == phrase[0][1:]
-    ]
-    ends += [phrase[0] for phrase in phrases if len(first) > 1 and first == phrase[0][1:]]
-    near = near or next(iter(ends), "")
-    if not near and "=" not in first and _TEXT_OF_REMARK.match(text, begin):
-        edits = (Remedy(f"write ; {first}", f"; {first}", misspelt=text[begin : begin + len(first)], is_choice=True),)
-        message = f"{first[:20]} begins no statement that is executed here; write ; before it if it is a remark"
-        return ProgramError("VP002", message, begin + 1, edits=edits)
-    message = f"{first}: no meaning in this language; did you mean {near}?" if near else message
-    return ProgramError("VP002", message, begin + 1)
 
 
 def _translate_lines(text: bytes) -> bytes:

@@ -80,7 +80,11 @@ class Words(Struct):
 
     def check_used(self, statement: Statement, other_words: str = "") -> None:
         """Refuse words that nothing has used; ``other_words`` may name side, F (FMAX, F AUTO), DR and M."""
-        for name in self.values:
+        for name, value in self.values.items():
+            written_word = statement.rest[self.columns[name] :].split()[0]
+            if not value and re.fullmatch("R00|T0", written_word):  # keys beside R, or 0 twice
+                text = f"{written_word}: {statement.keyword} does not use {name}; did you mean R0?"
+                raise statement.error("VP006", text, self.columns[name])
             raise statement.error(
                 "VP006", f"{statement.keyword or 'the block'} does not use {name}", self.columns[name]
             )

@@ -70,7 +70,7 @@ def find_start(problem: MoveProblem) -> Array | None:
     basis = problem.basis
     directions = np.array([signs for signs in product((-1, 0, 1), repeat=len(basis)) if any(signs)]) @ basis
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    for distance in SOUGHT_MM:
+    for distance in (one for one in SOUGHT_MM if one < problem.farthest):
         shifts = distance * directions
         # the ends and the middle first: most directions fail there
         for shift in shifts[find_solvable(problem.line, shifts, problem.end_only)]:

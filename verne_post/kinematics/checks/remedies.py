@@ -255,7 +255,12 @@ def find_legal_end_tilt(line: JointPath, place: Place) -> float | None:
 
 
 def find_smallest_shift(
-    line: JointPath, basis: Array, *, end_only: bool = False, also_warnings: bool = False
+    line: JointPath,
+    basis: Array,
+    *,
+    end_only: bool = False,
+    also_warnings: bool = False,
+    farthest: float = FARTHEST_MM,
 ) -> Shift | None:
     """A smallest move of the part that keeps the line inside travel, margins and clearances; None where none is found.
 
@@ -270,10 +275,12 @@ def find_smallest_shift(
         The end of a straight line moves alone.
     also_warnings : bool
         Remove warnings too.
+    farthest : float
+        Of a whole line, mm: moves beyond are not sought.
     """
     skip = len(line.machine.actuators)
     checks = [check for check in list_checks(line) if check.quantity < skip or check.quantity >= skip + 2]
-    farthest = FARTHEST_WORD_MM if end_only else FARTHEST_MM
+    farthest = FARTHEST_WORD_MM if end_only else farthest
     problem = MoveProblem(line, checks, basis, end_only, also_warnings, farthest)
     start = find_start(problem)
     if start is None:

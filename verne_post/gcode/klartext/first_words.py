@@ -1,0 +1,245 @@
+"""Lines of Klartext that begin with no word of the language: what is meant by their first words."""
+
+import re
+from itertools import pairwise
+from typing import Final
+
+from verne_post.base.suggestions import drop_doubles, find_meant
+from verne_post.gcode.klartext.vocabulary import PLANES, REFUSED_STATEMENTS, STATEMENTS
+from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
+
+#: What a statement begins with.
+KEYWORD: Final = re.compile(
+    "|".join(
+        re.escape(word).replace(r"\ ", r"[ \t]+")
+        + (
+            ""
+            if len(word) == 1 and word != "C"
+            else r"(?![A-Z])"
+            if word in ("CYCL DEF", "TOOL CALL", "TOOL DEF")
+            else r"(?![A-Z0-9])"
+        )
+        for word in sorted(STATEMENTS, key=len, reverse=True)
+        if word not in (*"LCMQFS", "FN", "QL", "QR", "QS")
+    )
+    + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)"
+    r"|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
+)
+#: A coordinate, where a keyword is to stand.
+_COORDINATE: Final = re.compile(r"I?[XYZABCUVW][ \t]*[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?!\w)")
+LETTERS_AS_DIGITS: Final = str.maketrans("OIL", "011")
+#: The number of a block in which letters stand for digits.
+_BLOCK_NUMBER: Final = re.compile(r"[ \t]*((?=[OIL\d]*[OIL])[OIL\d]+)[ \t]+")
+#: A text of several words, none of which is a coordinate.
+_TEXT_OF_REMARK: Final = re.compile(r"(?!.*[ \t]I?[XYZABCUVWF][-+]?\d).*[ \t]\S")
+_THREE_WORDS: Final = re.compile(r"(\S+)(?:[ \t]+(\S+))?(?:[ \t]+(\S+))?")
+#: Statements of one word that another one follows.
+_FIRST_WORDS: Final = ("PLANE", "FUNCTION", "TRANS", "APPR", "DEP")
+#: Words of path functions, of one or two letters: what stands behind a misspelt one tells which is meant.
+_OF_PATHS: Final = re.compile(r"([LC][A-Z]?|[A-Z][LC])[ \t]+(?:I?[XYZABCUVW]|P[AR]|[NT][XYZ])[ \t]*[-+.,\dQ]")
+#: Of each of these words the first that stands there decides.
+_TOLD_BY: Final = (
+    (re.compile(r"(?<!\w)[NT][XYZ]"), {"L": "LN"}),
+    (re.compile(r"(?<!\w)I?PA"), {"L": "LP", "C": "CP"}),
+    (re.compile(r"(?<!\w)R[ \t]*[-+]?[1-9Q]"), {"C": "CR"}),
+)
+#: LBL1 or CALL LBL1, without the blank before the number.
+_JOINED_LABEL: Final = re.compile(r"(?:CALL[ \t]+)?LBL\d+(?![^ \t])")
+_SHORT_LABEL: Final = re.compile(r"(?:LL|LB|BL)[ \t]+(?:\d+|\"[^\"]*\")[ \t]*")
+_HALF_FN: Final = re.compile(r"[FN][ \t]*\d{1,2}[ \t]*:")
+#: The number of a block with a letter, and the statement.
+_NUMBER_AND_LETTER: Final = re.compile(r"[ \t]*(?:(\d+)[A-Z]|N(\d+))[ \t]+(?![MFSQ]|R[0LR])")
+#: Characters of a line in which its first words are sought.
+_LONGEST: Final = 200
+_PARTS: Final = frozenset(word for name in (*STATEMENTS, *PLANES) for word in name.split())
+
+
+def is_half_keyword(text: str, keyword: re.Match[str]) -> bool:
+    """Whether what looks like a keyword is a part of another one, or the letter of a block number: F 9: or 28L LBL."""
+    begin = keyword.start()
+    if _SHORT_LABEL.fullmatch(text, begin):
+        return True
+    if keyword.group() == "LBL":
+        return re.match(r"LBL[ \t]+CALL\b", text[begin:]) is not None
+    if keyword.group() in ("L", "C") and text[begin - 1 : begin].isdigit():
+        number = _NUMBER_AND_LETTER.match(text)
+        return number is not None and KEYWORD.match(text, number.end()) is not None
+    return keyword.group() == "F" and _HALF_FN.match(text, begin) is not None
+
+
+def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
+    """The error of a line in capitals, behind whose block ``number`` no word of the language stands."""
+    begin = number.end()
+    if _HALF_FN.match(text, begin):
+        return ProgramError("VP001", f"{text[begin]}: a letter of FN is missing; did you mean FN?", begin + 1)
+    word = re.match(r"[^\s+\-=]*", text[begin:])
+    shown_word = (word.group() if word else "") or text[begin : begin + 10]
+    if shown_word in REFUSED_STATEMENTS:
+        why = f"executed ({REFUSED_STATEMENTS[shown_word]}); docs/heidenhain.md lists them"
+        return ProgramError("VP002", f"{shown_word[:20]} is not {why}", begin + 1)
+    if coordinate := _COORDINATE.match(text, begin):
+        place = coordinate[0]
+        if re.match(r"[A-Z]\d+[ \t]*=", text[begin:]):
+            return ProgramError("VP001", f"{place}: no parameter; did you mean Q{place[1:]}?", begin + 1)
+        if swapped_words := _find_swapped(text, begin):
+            return swapped_words
+        edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
+        what = f"{place}: coordinates without a path function before them; write L {place}"
+        return ProgramError("VP001", what, begin + 1, edits=(edit,))
+    if joined_label := _JOINED_LABEL.match(text, begin):
+        return refuse_joined(joined_label.group(), begin + 1, line)
+    wrong_number = _BLOCK_NUMBER.match(text)
+    if wrong_number is not None and KEYWORD.match(text, wrong_number.end()):
+        right = wrong_number[1].translate(LETTERS_AS_DIGITS)
+        what = f"{wrong_number[1]}: a letter in the number of the block; did you mean {right}?"
+        return ProgramError("VP001", what, wrong_number.start(1) + 1)
+    with_letter = _NUMBER_AND_LETTER.match(text)
+    if with_letter is not None and KEYWORD.match(text, with_letter.end()):
+        right = with_letter[1] or with_letter[2]
+        what = f"{with_letter[0].strip()}: a letter in the number of the block; did you mean {right}?"
+        return ProgramError("VP001", what, with_letter.start() + 1 + len(text) - len(text.lstrip()))
+    if swapped_words := _find_swapped(text, begin):
+        return swapped_words
+    if number[2] and (digits := re.match(r"\d+(?=[ \t])", text[begin:])) is not None:
+        if re.match(r"\d+[ \t]*=", text[begin:]):
+            what = f"{digits[0]}: the Q before the number is missing; did you mean Q{digits[0]}?"
+            return ProgramError("VP001", what, begin + 1)
+        right = f"{number[2]}{digits[0]}"
+        edit = Remedy(f"write {right}", right, misspelt=text[number.start(2) : begin + digits.end()])
+        what = f"{number[2]} {digits[0]}: a blank is in the number of the block; write {right}"
+        return ProgramError("VP001", what, number.start(2) + 1, edits=(edit,))
+    why = "not a statement that is executed here; docs/heidenhain.md lists them"
+    return _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
+
+
+def _find_swapped(text: str, begin: int) -> ProgramError | None:
+    """The error of two words in the wrong order, one of which begins a statement, as X+5 L or CYCL 7.0 DEF."""
+    words = [text[one.start() : one.end()] for one in re.finditer(r"\S+", text[:_LONGEST]) if one.start() >= begin]
+    for at, (first, second) in enumerate(pairwise(words[:3])):
+        if first.isdigit() and second != "LBL":
+            continue
+        keyword = KEYWORD.match(" ".join([*words[:at], second, first, *words[at + 2 : at + 3]]))
+        found = [] if keyword is None else keyword.group().split()
+        is_whole = found[at : at + 1] == [second] or (first == "=" and found == ["Q"])
+        if is_whole and (first in _PARTS or re.search(r"[\d=\"]", first)):
+            place = text.index(first, begin + sum(map(len, words[:at])))
+            what = f"{first} {second}: two words in the wrong order; did you mean {second} {first}?"
+            return ProgramError("VP001", what, place + 1)
+    return None
+
+
+def _find_path(text: str) -> str:
+    """The path function that a misspelt one is meant for, as LN for LM before a normal; empty where none is told."""
+    match = _OF_PATHS.match(text)
+    if match is None:
+        return ""
+    kind = "L" if "L" in match[1] else "C"
+    right = next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
+    # of arcs C, CT and CTP have the same words
+    return right or (kind if kind == "L" or match[1] == "CC" else "")
+
+
+def refuse_joined(text: str, column: int, line: int) -> ProgramError:
+    """The error of LBL1 or CALL LBL1: the same where LBL1 is executed, and where its label is called."""
+    right = " ".join(text.replace("LBL", "LBL ").split())
+    edits = (Remedy(f"write {right}", right, line=line, misspelt=text),)
+    return ProgramError("VP001", f"{text}: a blank is missing; write {right}", column, line=line, edits=edits)
+
+
+def _fits(word: str, rest: str) -> bool:
+    """Whether a statement begins with a word and what follows it."""
+    keyword = KEYWORD.match(word + rest)
+    return keyword is not None and keyword.group().split()[0] == word
+
+
+def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:
+    """The error of a statement whose first word, or the word after a right one, is in no statement."""
+    rest = text[begin + len(first) :]
+    phrases = [name.split() for name in STATEMENTS]
+    phrases.sort(key=lambda one: (KEYWORD.match(one[0] + rest) or [""])[0].split()[:1] != one[:1])  # what fits is meant
+    words = _THREE_WORDS.match(text, begin)
+    given_words = [] if words is None else [one for one in words.groups() if one]
+    for phrase in phrases:
+        known_words = " ".join(phrase)
+        for count in range(1, len(given_words) + 1):
+            if (
+                len(known_words) > 2
+                and "".join(given_words[:count]) == known_words.replace(" ", "")
+                and words is not None
+            ):
+                written_text, what = text[begin : words.end(count)], "missing" if count == 1 else "in the word"
+                return ProgramError(
+                    "VP001", f"{written_text}: a blank is {what}; did you mean {known_words}?", begin + 1
+                )
+        if len(phrase) > 1 and phrase[1:] == given_words[1:2] and all(first != one[0] for one in phrases):
+            is_near = len(first) == len(phrase[0]) and sum(a != b for a, b in zip(first, phrase[0], strict=True)) == 1
+            if is_near or first == phrase[0][1:]:
+                text = f"{first}: no meaning in this language; did you mean {phrase[0]}?"
+                return ProgramError("VP002", text, begin + 1)
+    if _SHORT_LABEL.fullmatch(text, begin):
+        return ProgramError("VP001", f"{first}: a letter is missing; did you mean LBL?", begin + 1)
+    for once in drop_doubles(first):
+        if _fits(once, rest):
+            message = f"{first}: the letter is there twice; did you mean {once}?"
+            return ProgramError("VP001", message, begin + 1)
+    seconds = [phrase[1] for phrase in phrases if phrase[0] == first and len(phrase) > 1]
+    after = re.match(r"[ \t]+(([A-Z]+)\S*)", text[begin + len(first) : begin + _LONGEST])
+    if seconds and after is not None:
+        column = begin + len(first) + after.start(1) + 1
+        for one in seconds:
+            if re.match(rf"{one}(?:\d|\w\w)", after[1]):
+                right = f"{one} {after[1][len(one) :]}"
+                return ProgramError("VP001", f"{after[1]}: a blank is missing; did you mean {right}?", column)
+        fit = [one for one in dict.fromkeys(seconds) if find_meant(after[2], [one], least=3) or one[1:] == after[2]]
+        if len(fit) == 1:
+            message = f"{after[2]}: no meaning in this language; did you mean {fit[0]}?"
+        else:
+            message = f"{after[2]}: no word that follows {first}; write {' or '.join(dict.fromkeys(seconds))}"
+        return ProgramError("VP002", message, column)
+    if re.match(r"\d+[ \t]*$", text[begin:]):
+        return ProgramError("VP001", f"{first}: the letter before this number is missing, as in M{first}", begin + 1)
+    if parameter := re.fullmatch(r"(Q[LRS]?)([LO\d]*[LO][LO\d]*)", first):
+        right = parameter[1] + parameter[2].translate(str.maketrans("LO", "10"))
+        return ProgramError("VP001", f"{first}: a letter in the number; did you mean {right}?", begin + 1)
+    if first_word := next((one for one in _FIRST_WORDS if first.startswith(one)), ""):
+        right = f"{first_word} {first[len(first_word) :]}"
+        return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
+    if (joined_text := re.match(r"([A-Z]{2,})(?=[-+]?[\d.])", first)) and joined_text[1] in STATEMENTS:
+        right = f"{joined_text[1]} {first[joined_text.end() :]}"
+        return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
+    if moved_blank := re.match(r"([LC])(I?[XYZABC]|M)[ \t]+([-+]?\d[\d.,]*)", text[begin:]):
+        right = f"{moved_blank[1]} {moved_blank[2]}{moved_blank[3]}"
+        return ProgramError(
+            "VP001", f"{moved_blank[0]}: the blank is at a wrong place; did you mean {right}?", begin + 1
+        )
+    if digit := re.fullmatch(r"(\d)M(\d{0,2})", text[begin:].rstrip()):
+        right = f"M{digit[1]}{digit[2]}"
+        return ProgramError("VP001", f"{digit[0]}: a digit before its letter; did you mean {right}?", begin + 1)
+    if text[begin:].strip() == "M":
+        return ProgramError("VP001", "M: the number of the M function is missing, as in M8", begin + 1)
+    if re.fullmatch("Q[LRS]?", first) and re.match(r"[ \t]*=", rest):
+        return ProgramError("VP001", f"{first}: the number of the parameter is missing, as in {first}1 =", begin + 1)
+    if first in ("K", "O", "P") and re.match(r"[ \t]+I?[XYZABC][-+]?[\d.]", rest):  # keys beside L
+        return ProgramError("VP002", f"{first}: no path function; did you mean L?", begin + 1)
+    if re.fullmatch(r"[NJK]\d{1,3}", text[begin:].rstrip()):  # keys beside M
+        edits = (Remedy(f"write M{first[1:]}", f"M{first[1:]}", misspelt=first, is_choice=True),)
+        message = f"{first}: Klartext has no {first[0]} words; write M{first[1:]} if the M function is meant"
+        return ProgramError("VP001", message, begin + 1, edits=edits)
+    if path := _find_path(text[begin:]):
+        return ProgramError("VP002", f"{first}: no meaning in this language; did you mean {path}?", begin + 1)
+    before_number = ("LBL",) if re.fullmatch(r"[ \t]*(?:\d+|\"[^\"]*\")[ \t]*", rest) else ()
+    near = find_meant(first, before_number, (phrase[0] for phrase in phrases), slip_alone=True, least=3)
+    ends = [
+        phrase[0]
+        for phrase in phrases
+        if len(phrase[0]) > 2 and len(first) == len(phrase[0]) and first[1:] == phrase[0][1:] and first != phrase[0]
+    ]
+    ends += [phrase[0] for phrase in phrases if len(first) > 1 and first == phrase[0][1:]]
+    near = near or next(iter(ends), "")
+    if not near and "=" not in first and _TEXT_OF_REMARK.match(text, begin):
+        edits = (Remedy(f"write ; {first}", f"; {first}", misspelt=text[begin : begin + len(first)], is_choice=True),)
+        message = f"{first[:20]} begins no statement that is executed here; write ; before it if it is a remark"
+        return ProgramError("VP002", message, begin + 1, edits=edits)
+    message = f"{first}: no meaning in this language; did you mean {near}?" if near else message
+    return ProgramError("VP002", message, begin + 1)
