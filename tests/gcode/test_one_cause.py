@@ -1278,7 +1278,7 @@ def test_an_angle_of_a_plane_that_is_still_typed_ends_the_check(end: str) -> Non
             [("VP012", 2), ("VP023", 5), ("VP002", 8), ("VP001", 9)],
         ),
         # behind a program without end, and behind an alarm of its own, nothing is executed
-        ("siemens", "G54 G90 D0\nG0 X0 Y0 Z50\nA1:\nG4 F1\nGOTOB A1\nG888\nM30\n", [("VP024", 5)]),
+        ("siemens", "G54 G90 D0\nG0 X0 Y0 Z50\nA1:\nG4 F1\nGOTOB A1\nG888\nM30\n", [("VP024", 3)]),
         ("fanuc", "G21 G90 G49\nG0 X0 Y0 Z50\n#3000=1(WRONG)\nG779\nM30\n", [("VP027", 3)]),
     ],
 )

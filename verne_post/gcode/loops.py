@@ -8,7 +8,7 @@ from msgspec import Struct
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.repeats import REPEATED
+from verne_post.gcode.repeats import REPEAT_UNIT
 from verne_post.gcode.text import ChunkedText, decode_line
 
 #: A condition; what it asks is in the group.
@@ -31,7 +31,7 @@ class Loop(Struct):
     text: ChunkedText | None = None
     begin: int = 0
     end: int = 0
-    refused: ProgramError | None = None  #: Of a value that grows in it, beyond any machine.
+    growth_error: ProgramError | None = None  #: Of a value that grows in it, beyond any machine.
 
     def note(self, calls: CallStack[Any, Any], line: int) -> None:
         """A line has been executed, and the program goes on at one before it, in the same call."""
@@ -55,20 +55,20 @@ class Loop(Struct):
             for name in names
             for line in lines
         )
-        asked = f", and no line of it sets {' or '.join(names)}, which its condition asks"
-        return f"the loop of lines {self.begin} to {self.end}{asked if names and not is_set else ''}"
+        condition_hint = f", and no line of it sets {' or '.join(names)}, which its condition asks"
+        return f"the loop of lines {self.begin} to {self.end}{condition_hint if names and not is_set else ''}"
 
     def name(self, error: ProgramError, line: int, language: str) -> ProgramError | None:
         """The error of a line, with the loop in which it comes from repeating; None where it is told already."""
-        told = self.refused is not None and self.begin <= (self.refused.line or 0) <= self.end
+        earlier = self.growth_error is not None and self.begin <= (self.growth_error.line or 0) <= self.end
         if error.code == "VP007" and "beyond any machine" in error.message and self.begin <= line <= self.end:
-            if told:  # each time round gives another value
+            if earlier:  # each time round gives another value
                 return None
             error.message += f", in {self.describe(language)}"
-            error.line, self.refused = line, error
-        elif error.code == "VP024" and REPEATED in error.message and self.begin:
-            if told:
-                return self.refused  # told twice, an error ends the execution
-            error.message = error.message.replace(REPEATED, f"{REPEATED}, the last in {self.describe(language)}")
+            error.line, self.growth_error = line, error
+        elif error.code == "VP024" and REPEAT_UNIT in error.message and self.begin:
+            if earlier:
+                return self.growth_error  # told twice, an error ends the execution
+            error.message = error.message.replace(REPEAT_UNIT, f"{REPEAT_UNIT}, the last in {self.describe(language)}")
             error.line, error.column = self.begin, None
         return error

@@ -10,7 +10,7 @@ from verne_post.gcode.program_error import ProgramError
 #: Moves of one block beyond this count as repeated blocks: a cycle with that many holes is a loop of its own.
 MOVES_OF_BLOCK: Final = 1_000
 #: What the message counts, behind which the loop is named.
-REPEATED: Final = " blocks and moves"
+REPEAT_UNIT: Final = " blocks and moves"
 
 
 class Repeats(Struct):
@@ -49,5 +49,6 @@ class Repeats(Struct):
         if self.repeated_blocks > self.most:
             raise ProgramError(
                 "VP024",
-                f"loops and calls have repeated {self.most}{REPEATED}; if the program is meant to, raise --max-repeats",
+                f"loops and calls have repeated {self.most}{REPEAT_UNIT}; if the program is meant to, raise "
+                "--max-repeats",
             )

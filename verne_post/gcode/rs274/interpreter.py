@@ -281,7 +281,9 @@ class Rs274(Language):
         axes = [letter for letter in block.words if letter in AXES]
         for letter in axes:
             if letter not in self.setup.axes:
-                text, rights = self.setup.describe_missing_axis(letter), self._list_keys_beside(block, letter)
+                text = self.setup.describe_missing_axis(letter)
+                # a rotary axis is another machine's, and no slip
+                rights = [] if letter in "ABC" else self._list_keys_beside(block, letter)
                 text += f"; {' or '.join(rights)} may be meant, whose key is beside" if rights else ""
                 edits = _write_beside(f"{letter}{block.words[letter]:g}", rights)
                 error = block.error("VP011", text, letter, edits=edits)

@@ -191,9 +191,9 @@ def _check_name(cursor: Cursor, called_name: str) -> None:
 def _read_proc(cursor: Cursor, line: int) -> Procedure:
     cursor.skip()
     at = cursor.at
-    glued = _TYPE_BEHIND_NAME.fullmatch(cursor.name() or "")
-    if glued is not None and cursor.peek_name() is not None and ")" in cursor.text:
-        written_text, end = cursor.text[at : at + glued.end()], glued.end(1)
+    name_and_type = _TYPE_BEHIND_NAME.fullmatch(cursor.name() or "")
+    if name_and_type is not None and cursor.peek_name() is not None and ")" in cursor.text:
+        written_text, end = cursor.text[at : at + name_and_type.end()], name_and_type.end(1)
         right = f"{written_text[:end]}({written_text[end:]}"
         raise cursor.error("VP001", f"{written_text}: a ( is missing; did you mean {right}?", at)
     found: list[Parameter] = []
