@@ -77,7 +77,6 @@ M2
         ("a.nc", "#101=10.", "#10=10.", "line 4 sets #10, which nothing uses"),
         ("a.nc", "M30\n", "N30\n", "or in place of N30 in line 11"),
         ("a.nc", "M30\n", "M03\n", "or in place of M03 in line 11"),
-        ("a.nc", "G94\n", "B94\n", "G94 may be meant, whose key is beside"),
         ("a.nc", "Y0.\nM99", "Y0.\nM89", "M99, the end of a subprogram"),
         ("a.nc", "F500.", "R500.", "F500 may be meant, whose key is beside"),
         ("a.nc", "S1000", "W1000", "S1000 may be meant, whose key is beside"),

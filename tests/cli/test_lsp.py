@@ -280,7 +280,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          "3 CYCL DEF 200 DRILLING ~\nQ200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n"
          "4 L IX+10 F500 M99\n5 L Z+160 FMAX\n6 M30\n7 END PGM A MM\n", {
             '"EM10"': 'loads a tool; its length is active at once; tool "EM10": length 80 mm, diameter 10 mm',
-            "Q203=+110": "surface",
+            "Q203=+110": "surface, in mm; here 110",
             "IX+10": "by how much an axis goes; X 10 mm in G54; machine X 10 mm",
             "C+0": "where an axis goes; C 0 deg in G54; machine C 0 deg",
             "L IX": "a straight line to the coordinates; I before a letter counts from the last programmed position",
@@ -1314,7 +1314,7 @@ TYPED = {
         ("X-30. Y", "X-3O. Y", "VP001", "X-3O.", "Write X-30. in place of X-3O."),
         ("Z12.", "Z12,0", "VP001", "Z12,0", "Write Z12.0 in place of Z12,0"),
         ("G68.2 X0.", "G86.2 X0.", "VP002", "G86.2", "Write G68.2 in place of G86.2"),
-        ("N150 G69", "N150 G69 K7", "VP006", "K7", "Remove K7"),
+        ("N150 G69", "N150 G69 K7", "VP006", "K7", "Write M7 in place of K7"),
         ("M98 P1302", "M98 P1320", "VP023", "P1320", "Write P1302 in place of P1320"),
         ("N310 M30\n", "", "VP024", "O1301 (ONE PASS OF THE GROOVE)", "Write M30 before line 39"),
         ("N60 M99\n", "", "VP024", "O1302 (THREE HOLES OF A FACE)", "Write M99 before line 46"),
