@@ -16,7 +16,9 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
 
-_HEADER: Final = re.compile(rb"(?:[ \t\r]*(?:;[^\n]*)?\n)*[ \t]*\d*[ \t]*BEGIN[ \t]+PGM(?![A-Z0-9])", re.IGNORECASE)
+_HEADER: Final = re.compile(
+    rb"(?:[ \t\r]*+(?:;[^\n]*+)?\n)*+[ \t]*+\d*+[ \t]*+BEGIN[ \t]+PGM(?![A-Z0-9])", re.IGNORECASE
+)
 #: Lines of no other control: two show a text whose BEGIN PGM is missing or misspelt, where one may be a stray one.
 _OWN: Final = re.compile(
     rb"^[ \t]*+\d*+[ \t]*+(?:END[ \t]+PGM(?![A-Z0-9])|TOOL[ \t]+CALL[ \t]|CYCL[ \t]+DEF[ \t]|TRANS[ \t]+DATUM"

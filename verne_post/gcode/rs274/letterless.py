@@ -24,8 +24,8 @@ _PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
 _DIGITS_OF_CODES: Final = 2
 #: A word, and a number behind a blank.
 _WORD_AND_NUMBER: Final = re.compile(
-    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])(?P<own>[-+]?[0-9.]+)[ \t]+(?P<number>[-+]?[ \t]*[0-9.]+)(?![ \t]*\])"
-    r"(?P<more>[ \t]+[0-9.])?",
+    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])(?P<own>[-+]?[0-9.]+)[ \t]++(?P<number>(?:[-+][ \t]*+)?[0-9.]+)"
+    r"(?![ \t]*+\])(?P<more>[ \t]++[0-9.])?",
     re.IGNORECASE,
 )
 #: Words whose numbers have two digits as a rule: a letter may be missing between any two.

@@ -7,7 +7,6 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from verne_post.base.printable import join_names
-from verne_post.base.suggestions import find_meant
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import NAME, Cursor
@@ -157,7 +156,6 @@ def read_procedure(section: Section) -> Procedure:
             if match is None:
                 _refuse_headless(text)
                 return Procedure(line - 1, is_missing=True)
-            _check_name(Cursor(text, match.end()), section.name)
             return _read_proc(Cursor(text, match.end()), line)
         except ProgramError as error:
             error.line = line
@@ -179,13 +177,6 @@ def _refuse_headless(text: str) -> None:
         raise ProgramError("VP001", message, match.start(2) + 1)
     message = f"{name}: PROC is missing before the name of the subprogram; did you mean PROC {name}?"
     raise ProgramError("VP001", message, match.start(2) + 1)
-
-
-def _check_name(cursor: Cursor, called_name: str) -> None:
-    """Refuse (VP001) a name behind PROC that is a slip of the one by which the subprogram is called."""
-    at, name = cursor.at, cursor.name()
-    if name is not None and name != called_name and find_meant(name, [called_name], slip_alone=True):
-        raise cursor.error("VP001", f"{name}: the subprogram begins as {called_name}; did you mean {called_name}?", at)
 
 
 def _read_proc(cursor: Cursor, line: int) -> Procedure:

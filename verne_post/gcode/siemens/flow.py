@@ -42,6 +42,8 @@ _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
 #: A letter whose key is beside that of N before a number at the beginning of a line, and a block number.
 _NEAR_N: Final = re.compile(r"[ \t]*([BHJM])(\d{2,9})(?=[ \t])", re.IGNORECASE)
 _BLOCK_NUMBER: Final = re.compile(rb"[ \t]*N[ \t]*(\d{1,9})", re.IGNORECASE)
+#: A line of a program's name in which % is mistyped.
+_LIKE_HEADER: Final = re.compile(r"[^\w;]_N_\w+$|\d_N_\w+$")
 _SECOND_LINE: Final = 2
 #: F with an expression.
 _FEED: Final = re.compile(r"(?<!\w)F[ \t]*=[ \t]*([^ \t]+)", re.IGNORECASE)
@@ -158,11 +160,20 @@ class Flow:
                 return str(found[-1])
         return ""
 
+    def _may_be_header(self, text: str, line: int) -> bool:
+        """Whether a line without % may be meant to begin a program: a call of a subprogram is none."""
+        word = text.strip().upper()
+        if not NAME.fullmatch(word):
+            return line == self.calls.frame.section.first or _LIKE_HEADER.match(word) is not None
+        name = word.removeprefix("_N_").removesuffix("_SPF").removesuffix("_MPF")
+        known = (*self.library.list_names(), *self.executor.setup.remap)
+        return line == self.calls.frame.section.first and not {word, name} & {*known}
+
     def _execute(self, cursor: Cursor, line: int) -> None:
         symbol = cursor.skip()
         if symbol == "":
             return
-        if symbol == "%" or line == self.calls.frame.section.first or "_N_" in cursor.text:
+        if symbol == "%" or self._may_be_header(cursor.text, line):
             right = find_meant_header(cursor.text, is_first=self.calls.in_main and not self.calls.in_call)
             if right:
                 raise refuse_header(cursor.text, right)

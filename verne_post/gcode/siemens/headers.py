@@ -7,7 +7,8 @@ from verne_post.base.suggestions import has_one_more
 
 #: One word, as no block is.
 _WORD: Final = re.compile(r"[^\s;\"=()/,\[\]]{6,60}")
-_RIGHT: Final = re.compile(r"%_N_\w+_(?:MPF|SPF)")
+#: Also names that begin with _, such as %_NEW_MPF.
+_RIGHT: Final = re.compile(r"%[A-Z_]\w*_(?:MPF|SPF)", re.ASCII)
 _NAME: Final = re.compile(r"[A-Z0-9]\w*", re.ASCII)
 _BEGIN: Final = "%_N_"
 _ENDS: Final = ("_MPF", "_SPF")
@@ -28,8 +29,8 @@ def find_meant_header(line: str, *, is_first: bool) -> str:
         return ""
     ends = _ENDS if is_first else _ENDS[::-1]
     sizes = (3, 4, 5) if word[-3:] in ("MPF", "SPF") and word[-4].isalnum() else (4, 3, 5)
-    if word[-5] == "_":  # a letter too many, as in _MMPF
-        sizes = (5, 4, 3)
+    if "_" in (word[-5], word[-3]):  # a letter too many or too few, as in _MMPF and _PF
+        sizes = (5, 4, 3) if word[-5] == "_" else (3, 4, 5)
     near = ((word[4:-size], end) for size in sizes for end in ends if _is_near(word[-size:], end))
     return next((f"{_BEGIN}{name}{end}" for name, end in near if _NAME.fullmatch(name)), "")
 
