@@ -244,14 +244,26 @@ def test_the_approach_is_explained_without_words(explain: Callable[..., str]) ->
 @pytest.mark.parametrize(
     ("name", "text", "told", "force"),
     [
-        ("a.ngc", "G21 G90\nG0 X0 Y0 Z120 A0 C0\nT2 M6\nS5000\nF2400\nG1 X5\nM2\n",
-         "F2400                feed rate, in mm/min", "feed 2400 mm/min, spindle off, S 5000 1/min, tool 2"),
-        ("a.mpf", "G710 G90 G94\nG0 X0 Y0 Z120 A=0 C=0\nT2 D1 M6\nM3 S=5000\nF=2400\nG1 X5\nM30\n",
-         "F=2400               feed rate", "feed 2400 mm/min, spindle on, S 5000 1/min, tool 2"),
-        ("a.h", "BEGIN PGM A MM\nTOOL CALL 2 Z S5000\nL X+0 Y+0 Z+120 A+0 C+0 FMAX\nM3\nF2400\nL X+5\nM30\n"
-         "END PGM A MM\n", "F2400                feed rate", "feed 2400 mm/min, spindle on, S 5000 1/min, tool 2"),
+        (
+            "a.ngc",
+            "G21 G90\nG0 X0 Y0 Z120 A0 C0\nT2 M6\nS5000\nF2400\nG1 X5\nM2\n",
+            "F2400                feed rate, in mm/min",
+            "feed 2400 mm/min, spindle off, S 5000 1/min, tool 2",
+        ),
+        (
+            "a.mpf",
+            "G710 G90 G94\nG0 X0 Y0 Z120 A=0 C=0\nT2 D1 M6\nM3 S=5000\nF=2400\nG1 X5\nM30\n",
+            "F=2400               feed rate",
+            "feed 2400 mm/min, spindle on, S 5000 1/min, tool 2",
+        ),
+        (
+            "a.h",
+            "BEGIN PGM A MM\nTOOL CALL 2 Z S5000\nL X+0 Y+0 Z+120 A+0 C+0 FMAX\nM3\nF2400\nL X+5\nM30\nEND PGM A MM\n",
+            "F2400                feed rate",
+            "feed 2400 mm/min, spindle on, S 5000 1/min, tool 2",
+        ),
     ],
-)  # fmt: skip
+)
 def test_every_word_of_a_line_is_told_and_its_value_is_in_force(
     name: str, text: str, told: str, force: str, tmp_path: Path, run: Callable[..., Any]
 ) -> None:

@@ -58,7 +58,7 @@ _OPERATOR: Final = r"[ \t]*(?:<<|==|<>|<=|>=|[-+*/<>]|(?:B_)?(?:AND|OR|XOR)\b|DI
 _SIEMENS_VALUE: Final = rf"{_OPERAND}(?:{_OPERATOR}{_OPERAND})*"
 #: What a name in an expression may be, apart from the functions and operators of the language.
 _NAME: Final = re.compile(r"\"[^\"]*\"|#<[^<>]*>|#\d+|\$?[A-Z_][A-Z_]*\d*\w*")
-_COMPUTED: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
+_OF_COMPUTED_VALUE: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
 #: How the text of a letter that moves an axis begins.
 _OF_AXES: Final = ("where ", "by how much")
 _FANUC: Final = make_table()
@@ -217,7 +217,7 @@ class _Reader:
         elif name in "PQLEKR" and (code := self._find_taking_code(name)) and (name != "R" or code[0] == "M"):
             text = f"a value of {code}"
         is_known = is_number or mode or not re.search(r"[A-Z#$]", value)
-        self.add(match, text if is_known else f"{text}{_COMPUTED}")
+        self.add(match, text if is_known else f"{text}{_OF_COMPUTED_VALUE}")
         if not is_number:
             self.name_parts(match.end() - len(value), match.end())
 
@@ -306,7 +306,9 @@ def find_words(line: str, dialect: str, *, is_continued: bool = False) -> list[K
             if dialect == "heidenhain" and reader.codes:  # the statement has been read
                 read = partial(_read_klartext_words, statement=reader.codes[-2])
     return [
-        KnownWord(*word[:2], " ".join(reader.code[word.begin : word.end].split()), word.text.removesuffix(_COMPUTED))
+        KnownWord(
+            *word[:2], " ".join(reader.code[word.begin : word.end].split()), word.text.removesuffix(_OF_COMPUTED_VALUE)
+        )
         for word in sorted(reader.words)
     ]
 
@@ -632,7 +634,7 @@ def _read_klartext_word(r: _Reader, statement: str) -> None:
     if match := r.take(rf"(Q\d+)[ \t]*=[ \t]*(FMAX|FAUTO|PREDEF|{_KLARTEXT_NUMBER})"):
         meaning = klartext.describe_parameter(int(match[1][1:])) or "a value of the cycle"
         is_number = re.fullmatch(r"[-+ \d.,]+|F\w+|PREDEF", match[2])
-        r.add(match, meaning if is_number else f"{meaning}{_COMPUTED}")
+        r.add(match, meaning if is_number else f"{meaning}{_OF_COMPUTED_VALUE}")
     elif re.compile(r"F[ \t]*(?:MAX|AUTO)(?![A-Z])").match(r.code, r.at):
         match = r.take(r"F[ \t]*(MAX|AUTO)")
         assert match is not None
