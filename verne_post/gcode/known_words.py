@@ -15,7 +15,7 @@ from verne_post.gcode.apt.translator import STATEMENTS as OF_APT
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.known_variables import describe_variable
-from verne_post.gcode.letters import OF_EXPRESSIONS, OF_NAMES
+from verne_post.gcode.letters import LETTERS_OF_KLARTEXT, OF_EXPRESSIONS, OF_NAMES
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -63,10 +63,12 @@ VALUE_OF_CALL: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)(
 #: A value of a cycle of Klartext.
 _Q_VALUE: Final = re.compile(r"(?<!\w)(Q\d+)[ \t]*=[ \t]*([^\s~;]+)", re.IGNORECASE)
 _M_CODE: Final = re.compile(r"M\d{1,9}")
+_CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 #: Cycles of RS274/NGC and Fanuc that make holes.
 _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 
+_AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
 #: A letter with a number, of which the number says nothing: T1, R1, #100.
 _LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])[-+]?(?:\d+\.?\d*|\.\d+)$")
 #: Zeros before the number of a word: M03, G05.1, FN 09.
@@ -88,12 +90,35 @@ class GivenValue(NamedTuple):
 
 
 class KnownWord(NamedTuple):
-    """A word of a line: where it begins and ends, how it is written, and what it does."""
+    """A word of a line: where it begins and ends, its name, and what it does."""
 
     begin: int
     end: int
     name: str
     text: str
+
+
+def find_words_of(line: str, dialect: str) -> list[KnownWord]:
+    """The words of a line that a dialect knows, in their order."""
+    language, texts = LANGUAGES[dialect], {name: found[0] for name, found in list_meanings(dialect).items()}
+    code = remove_remarks(line, dialect).upper()
+    found: dict[int, tuple[int, str]] = {}  # begin -> end, name: the longest word at each place
+    for name in texts:
+        for match in re.finditer(_make_pattern(name, language), code):
+            begin, end = match.span()
+            found[begin] = max(found.get(begin, (0, "")), (end, name))
+    candidates = [KnownWord(begin, end, name, texts[name]) for begin, (end, name) in found.items()]
+    if language == "Klartext":
+        # letters of axes before a value, which may be a parameter
+        axes = (match for match in _AXIS_OF_KLARTEXT.finditer(code) if match.start() not in found)
+        candidates += [KnownWord(*match.span(), match[0], LETTERS_OF_KLARTEXT[match[0]]) for match in axes]
+    words: list[KnownWord] = []
+    for word in sorted(candidates):
+        if not words or word.begin >= words[-1].end:
+            before = words[-1].name if words and language == "Klartext" else ""
+            own = klartext.FEED_OF_FUNCTIONS.get(before, "") if word.name == "F" else ""
+            words.append(word._replace(text=own) if own else word)
+    return words
 
 
 def name_axes(text: str, letters: tuple[str, str]) -> str:
@@ -114,6 +139,21 @@ def list_meanings(dialect: str, *, executed_alone: bool = False) -> dict[str, li
     for name, text in phrases.items():  # a letter means nothing without its value
         found.setdefault(name, [text])
     return found
+
+
+def _make_pattern(name: str, language: str) -> str:
+    """Where a word stands in a line: a code may have zeros before its number, and touch the next word."""
+    if (code := _CODE.fullmatch(name)) is not None:
+        return rf"(?<![A-Z_$]){code[1]}[ \t]*0*{re.escape(code[2])}(?![\d.])"
+    text = r"[ \t]+".join(map(re.escape, name.split()))
+    after = r"(?=[ \t]*[=+\-.\d])" if len(name) == 1 else r"(?![A-Z\d_])"
+    if language in ("RS274/NGC", "Fanuc") and name in OF_EXPRESSIONS[language]:  # numbers may touch it: #1LT5, DO1
+        return rf"(?<![A-Z_$]){text}(?![A-Z_])"
+    if language == "Klartext" and name in ("Q", "QL", "QR", "QS"):  # elsewhere it is a value
+        after = r"(?=[ \t]*\d+[ \t]*=)"
+    if language == "Klartext" and name in ("L", "C"):  # C+90 is an axis
+        after = r"(?=[ \t]+[A-Z]|[ \t]*$)"
+    return rf"(?<![A-Z\d_$]){text}{after}"
 
 
 def describe_word(word: str) -> list[str]:

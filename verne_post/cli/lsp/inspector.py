@@ -35,9 +35,8 @@ from verne_post.cli.programs import is_setup
 from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import describe_values, find_cycle_value, find_given_values, name_axes
+from verne_post.gcode.known_words import describe_values, find_cycle_value, find_given_values, find_words_of, name_axes
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.pasted_line import find_words
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
@@ -380,7 +379,7 @@ class Inspector:
             said.append(f"**{text[address.begin : address.end]}**: {about}{passes}")
         if not said:
             value = find_cycle_value(text, column) if dialect == "siemens" else None
-            words = find_words(text, dialect) if value is None else [value]
+            words = find_words_of(text, dialect) if value is None else [value]
             here = [word for word in words if word.begin <= column < word.end]
             given = find_given_values(split_lines(found.text), line, column, dialect) if value is None else {}
             values = [f"- {one}" for word in here for one in describe_values(word.name, dialect, given)]
