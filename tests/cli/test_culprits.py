@@ -59,6 +59,21 @@ def test_a_line_that_goes_farther_out_is_quoted_itself(tmp_path: Path, name: str
     assert [(item.line, item.worst_line) for item in errors if item.code == "VP102"] == [(line, line + 1)]
 
 
+def test_the_line_whose_explanation_shows_the_finding_is_named(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Line 4 ends within reach, or at the limit of A: the blend of the corner after it is beyond because of line 5."""
+    path = tmp_path / "part.ngc"
+    begin = "G21 G17 G90 G94 G64 P0.05\nG43 H1\nG0 X0 Y0 Z60 {}\nG1 X0.6 {} F2000\nX1.2 {}\nX1.8 {}\nM2\n"
+    for machine, words, code in (
+        ("hexapod", ("A59.8 C0", "A59.95", "A60.1", "A60.25"), "VP110"),
+        ("ac_trunnion", ("A20 C0", "A30", "A40 Y3", "A41"), "VP102"),
+    ):
+        path.write_text(begin.format(*words))
+        given = ("--machine", machine, "--tool-length", 100, "--wcs", "G54=0,0,60")
+        said = run("check", path, *given).out
+        assert f"{path}:5: {code} error" in said
+        assert f"{code} error" in run("explain", f"{path}:5", *given).out
+
+
 def test_a_plunge_is_shown_where_it_begins(tmp_path: Path, run: Callable[..., Any]) -> None:
     """A later line is 0.01 mm deeper: it is named as the worst, and what has to be corrected is the plunge."""
     path = tmp_path / "part.ngc"

@@ -241,6 +241,44 @@ def test_the_approach_is_explained_without_words(explain: Callable[..., str]) ->
     assert vector(text, "tip on the table     ") == pytest.approx([0, 0, 180], abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "told", "force"),
+    [
+        (
+            "a.ngc",
+            "G21 G90\nG0 X0 Y0 Z120 A0 C0\nT2 M6\nS5000\nF2400\nG1 X5\nM2\n",
+            "F2400                feed rate, in mm/min",
+            "feed 2400 mm/min, spindle off, S 5000 1/min, tool 2",
+        ),
+        (
+            "a.mpf",
+            "G710 G90 G94\nG0 X0 Y0 Z120 A=0 C=0\nT2 D1 M6\nM3 S=5000\nF=2400\nG1 X5\nM30\n",
+            "F=2400               feed rate",
+            "feed 2400 mm/min, spindle on, S 5000 1/min, tool 2",
+        ),
+        (
+            "a.h",
+            "BEGIN PGM A MM\nTOOL CALL 2 Z S5000\nL X+0 Y+0 Z+120 A+0 C+0 FMAX\nM3\nF2400\nL X+5\nM30\nEND PGM A MM\n",
+            "F2400                feed rate",
+            "feed 2400 mm/min, spindle on, S 5000 1/min, tool 2",
+        ),
+    ],
+)
+def test_every_word_of_a_line_is_told_and_its_value_is_in_force(
+    name: str, text: str, told: str, force: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    answer = run("explain", f"{path}:5", *OPTIONS).out
+    assert told in answer and answer.splitlines()[-1].endswith(force), answer
+    # past an error some values are assumed: none is told; the words around one that is not read are
+    path.write_text(text.replace("0 C0", "0 Q C0").replace("C=0", "Q C=0").replace("+0 C+0", "+0 QQ C+0"))
+    answer = run("explain", f"{path}:5", *OPTIONS).out
+    assert told in answer and "spindle o" not in answer, answer
+    refused = run("explain", f"{path}:3" if name == "a.h" else f"{path}:2", *OPTIONS).out
+    assert "  X" in refused and "  C" in refused, refused
+
+
 def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Callable[..., Any]) -> None:
     path = tmp_path / "a.nc"
     path.write_text(
@@ -252,7 +290,7 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
         assert answer.code == 0
         assert f"no motion; the nearest lines that have: {near}\n" in answer.out
     words = [line.split()[0] for line in answer.out.splitlines()[2:-1]]
-    assert words == ["G91", "M3", "G61"]
+    assert words == ["G091", "S3", "M03", "G61"]
     assert "spindle on, clockwise" in answer.out
     assert answer.out.splitlines()[-1].startswith("  in force: G0, G21 (mm), G91 (incremental), G94, G61")
     assert "a remark" in run("explain", f"{path}:4", *OPTIONS).out
@@ -929,7 +967,7 @@ def test_axes_whose_values_are_parameters_are_named(run: Callable[..., Any], tmp
     (tmp_path / "a.h").write_text(text, "utf-8")
     (tmp_path / "a.h.toml").write_text("tool_length = 90\n[wcs]\nG54 = [0, 0, 100]\n", "utf-8")
     words = [line.split()[0] for line in run("explain", tmp_path / "a.h:5").out.splitlines()[2:-1]]
-    assert words == ["L", "A", "C", "FMAX"]
+    assert words == ["4", "L", "A+Q120", "Q120", "C+Q122", "Q122", "FMAX"]
     answer = run("explain", tmp_path / "a.h:0")
     assert answer.code == 2
     assert "line 0 is the approach of --from, and none is given" in " ".join(answer.err.split())
@@ -943,7 +981,7 @@ def test_f_of_m128_is_told_once(run: Callable[..., Any], tmp_path: Path) -> None
     )
     options = ("--tool-length", 90, "--wcs", "G54=0,0,100")
     text = run("explain", f"{tmp_path / 'q.h'}:5", *options).out
-    assert re.search(r"\n  F +belongs to M128, and has no effect: the feed rate in force stays\n", text)
+    assert re.search(r"\n  F1000 +belongs to M128, and has no effect: the feed rate in force stays\n", text)
     assert "from this block on" not in text
     assert "feed 500 mm/min" in run("explain", f"{tmp_path / 'q.h'}:6", *options).out
 

@@ -9,6 +9,7 @@ import pytest
 
 from verne_post.gcode.known_words import describe_word, list_words
 from verne_post.gcode.pasted_line import UnreadWord, describe_pasted
+from verne_post.gcode.siemens import vocabulary as siemens
 
 _NUMBERED = re.compile(r"([GM]|FN |CYCL DEF )(\d+(?:\.\d+)?)")
 
@@ -205,3 +206,21 @@ def test_the_short_answer_and_all_agree_on_the_other_solution(run: Callable[...,
     assert "other head solution: possible" in short
     assert "other head solution: possible" in whole
     assert "of which 2 possible" in whole
+
+
+def test_axes_of_the_machine_are_told_as_such(run: Callable[..., Any]) -> None:
+    """B was one of other machines, also where the machine has B."""
+    for machine, said in (
+        ("nutating_table", "axis B goes to 20 degrees"),
+        ("verne", "axis B, which this machine lacks: refused (VP011)"),
+    ):
+        assert f"Siemens: {said}\n" in run("explain", "N150 G1 X45 B=DC(20)", "--machine", machine).out
+    assert describe_word("B")[0] == describe_word("A")[0] == "Siemens: " + siemens.ADDRESSES["A"]
+
+
+def test_words_of_siemens_say_how_the_tool_axis_moves() -> None:
+    """With the key and without it, as Motion.has_linear_axes executes them."""
+    (axes,), (vector,) = describe_word("ORIAXES"), describe_word("ORIVECT")
+    assert "the rotary axes go linearly, where orientation_by_group" in axes
+    assert "ORIWKS ORIAXES is a great circle" in axes
+    assert "the tool axis goes along a great circle, where orientation_by_group" in vector

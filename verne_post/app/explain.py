@@ -35,7 +35,8 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_sections
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import find_words_of, name_axes
+from verne_post.gcode.known_words import name_axes
+from verne_post.gcode.pasted_line import find_words
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, InputError, UsageError
@@ -152,7 +153,7 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     nearest = find_lines_near(guard_joints(program), line)
     near = " and ".join(map(str, nearest))
     said = [f"line {line}: {text}", f"  no motion{_say_why_still(program, line)}; the nearest lines that have: {near}"]
-    said += _list_words(text, dialect, machine)
+    said += _list_words(source, line, text, dialect, machine)
     said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
     state = find_state_if_executed(source, program, line)
     if not remove_remarks(text, dialect).strip():
@@ -160,7 +161,7 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     elif state is None:
         said.append("  the program itself does not come to this line")
     else:
-        said.append(f"  {describe_modes(state, program.machine)}")
+        said.append(f"  {describe_modes(state, program.machine, with_values=True)}")
     if nearest and nearest[-1] > line:
         first = add_line_remedies(look_at_line(source, program, nearest[-1]))
         start = [item for item in quote_start(source, program, first.findings) if item.line == line]
@@ -172,10 +173,18 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     return Explanation(line, findings, "\n".join(said) + "\n", "")
 
 
-def _list_words(text: str, dialect: str, machine: Machine) -> list[str]:
+def _list_words(source: Text, line: int, text: str, dialect: str, machine: Machine) -> list[str]:
     """The words of a line, each with what it does on a machine."""
-    letters = machine.rotary_letters
-    return [f"  {word.name:<20} {name_axes(word.text, letters)}" for word in find_words_of(text, dialect)]
+    is_continued = _find_begin(source, line, dialect) < line
+    words = find_words(text, dialect, is_continued=is_continued)
+    return [f"  {word.name:<20} {name_axes(word.text, machine.rotary_letters)}" for word in words]
+
+
+def _find_begin(source: Text, line: int, dialect: str) -> int:
+    """The line that begins the statement of a line: in Klartext, it may run over several."""
+    while line > 1 and dialect == "heidenhain" and (take_line(source, line - 1) or b"").rstrip().endswith(b"~"):
+        line -= 1
+    return line
 
 
 def _make_line_error(source: Text, line: int) -> UsageError:
@@ -208,16 +217,14 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     dialect, name = choose_dialect_name(options.dialect, source, options.source_name), options.source_name
     own = [item for item in findings if item.line in (line, None)]
     said = [f"line {line}: {shown}"]
-    said += _list_words(shown, dialect, machine)
+    said += _list_words(source, line, shown, dialect, machine)
     said += [f"  {item.code} {item.severity}: {item.message}" for item in own]
     for item in {item.code: item for item in own}.values():
         if remedy := describe_remedy(item, name, find_run(options)):
             said.append(f"  {item.code}, remedy: {remedy}")
     errors = [item for item in findings if item.severity == "error" and item.line is not None]
     if errors and not any(item.severity == "error" for item in own):
-        start = line
-        while start > 1 and dialect == "heidenhain" and (take_line(source, start - 1) or b"").rstrip().endswith(b"~"):
-            start -= 1  # what runs over several lines is told at its first one
+        start = _find_begin(source, line, dialect)  # what runs over several lines is told at its first one
         cause = next((item for item in errors if item.line == start), None)
         said.append(f"  part of line {start}, which has the error" if cause else "  no error is found in its words")
         first = cause or min(errors, key=lambda item: item.line or 0)
@@ -225,7 +232,8 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
             f"  limits were not checked, because line {first.line} cannot be executed: {first.code} {first.message}"
         )
     state = find_state_past_errors(source, build_interpreter_setup(machine, options), line)
-    said += [] if state is None else [f"  {describe_modes(state, machine)}"]
+    is_sure = all((item.line or 0) >= line for item in errors)
+    said += [] if state is None else [f"  {describe_modes(state, machine, with_values=is_sure)}"]
     if others := [item.line for item in findings if item.line not in (line, None) and item.severity == "error"]:
         counted = f"{len(others)} other error{'' if len(others) == 1 else 's'}"
         whole = find_run(options).spell("check", name)

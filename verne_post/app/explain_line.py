@@ -17,7 +17,7 @@ from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import UPRIGHT_DEG, ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
-from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.state import State, name_unit_of_speed
 from verne_post.gcode.program_error import ProgramError
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
@@ -215,10 +215,29 @@ def list_modes(state: State, machine: Machine, feed_mode: FeedMode, path_mode: P
     ]
 
 
-def describe_modes(state: State, machine: Machine) -> str:
-    """What holds after a line without motion."""
+def describe_modes(state: State, machine: Machine, *, with_values: bool = False) -> str:
+    """What holds after a line without motion.
+
+    ``with_values``: those of F, S and T too, of which some are assumed past an error.
+    """
     modal = list_modes(state, machine, state.feed_mode, state.control.mode, state.frame.tool_length)
+    if with_values:
+        modal += _list_values(state)
     return f"in force: {', '.join(modal)}"
+
+
+def _list_values(state: State) -> Iterator[str]:
+    """The feed rate, spindle and tool that hold; an F of G93 holds for its own block alone."""
+    if state.feed and state.feed_mode != FeedMode.INVERSE:
+        unit = "mm per turn of the spindle" if state.feed_mode == FeedMode.PER_REVOLUTION else "mm/min"
+        yield f"feed {format_number(state.feed, _FEW)} {unit}"
+    if state.spindle_speed:
+        unit = name_unit_of_speed(state).get("unit", "1/min")
+        yield f"spindle {'on' if state.spindle_on else 'off'}, S {state.spindle_speed:g} {unit}"
+    tools = {"tool": state.loaded_tool, "next tool": state.selected_tool}
+    for what, tool in tools.items():
+        if tool is not None and (what == "tool" or tool != state.loaded_tool):
+            yield f"{what} {state.tool_names.get(tool, tool)}"
 
 
 def _describe_plane(state: State, machine: Machine) -> Iterator[str]:

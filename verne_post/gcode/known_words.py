@@ -90,7 +90,7 @@ class GivenValue(NamedTuple):
 
 
 class KnownWord(NamedTuple):
-    """A word of a line: where it begins and ends, as it stands in the tables, and what it does."""
+    """A word of a line: where it begins and ends, its name, and what it does."""
 
     begin: int
     end: int
@@ -122,7 +122,9 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
 
 
 def name_axes(text: str, letters: tuple[str, str]) -> str:
-    """What a word does, with the letters of a machine in place of its rotary axes."""
+    """What a word does, with the letters of a machine in place of its rotary axes; it lacks the third letter."""
+    (lacking,) = {*"ABC"} - {*letters}
+    text = re.sub(rf"\baxis {lacking} goes.*", f"axis {lacking}, which this machine lacks: refused (VP011)", text)
     text = re.sub(r"\bthe tilting axis\b", letters[0], text)
     return re.sub(r"\bthe rotary axes\b", " and ".join(letters), text)
 

@@ -5,18 +5,26 @@ A value that is computed is not known here: only the program, and the place of t
 
 import re
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Final, NamedTuple
 
 from verne_post.base.printable import join_names
-from verne_post.base.program_lines import find_machine_code
+from verne_post.base.program_lines import find_machine_code, remove_remarks
 from verne_post.gcode.apt import words as apt
 from verne_post.gcode.block import KEYWORDS
 from verne_post.gcode.codes import RS274, describe_remap
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.klartext.words import WORD as WORD_OF_KLARTEXT
 from verne_post.gcode.known_variables import describe_variable
-from verne_post.gcode.known_words import LANGUAGES, PAGES, VALUE_OF_CALL, describe_place, list_meanings, list_parameters
+from verne_post.gcode.known_words import (
+    LANGUAGES,
+    PAGES,
+    VALUE_OF_CALL,
+    KnownWord,
+    describe_place,
+    list_meanings,
+    list_parameters,
+)
 from verne_post.gcode.letters import (
     BESIDE_MOTION,
     LETTERS_OF_KLARTEXT,
@@ -50,7 +58,7 @@ _OPERATOR: Final = r"[ \t]*(?:<<|==|<>|<=|>=|[-+*/<>]|(?:B_)?(?:AND|OR|XOR)\b|DI
 _SIEMENS_VALUE: Final = rf"{_OPERAND}(?:{_OPERATOR}{_OPERAND})*"
 #: What a name in an expression may be, apart from the functions and operators of the language.
 _NAME: Final = re.compile(r"\"[^\"]*\"|#<[^<>]*>|#\d+|\$?[A-Z_][A-Z_]*\d*\w*")
-_OF_COMPUTED_VALUES: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
+_OF_COMPUTED_VALUE: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
 #: How the text of a letter that moves an axis begins.
 _OF_AXES: Final = ("where ", "by how much")
 _FANUC: Final = make_table()
@@ -62,6 +70,10 @@ _WITH_BARE_AXES: Final = ("TOOL", "BLK", "CYCL", "TRANS")
 #: Columns of a card that are read.
 _CARD_COLUMNS: Final = 72
 _CODE: Final = re.compile(r"([GM])[ \t]*0*(\d+(?:\.\d+)?)")
+
+
+#: What is passed as one word where it is not read.
+_UNREAD: Final = r"[$#]?[A-Z_]+[-+\d.]*|[-+\d.]+|."
 
 
 class UnreadWord(ValueError):
@@ -128,7 +140,7 @@ class _Reader:
 
     def refuse(self, expected_words: str, at: int | None = None) -> UnreadWord:
         at = self.at if at is None else at
-        word = re.compile(r"[$#]?[A-Z_]+[-+\d.]*|[-+\d.]+|.|$").match(self.code, at)
+        word = re.compile(rf"{_UNREAD}|$").match(self.code, at)
         return UnreadWord(at + 1, word[0] if word and word[0] else "the end", self.language, expected_words)
 
     def take_name(self, names: Mapping[str, str], most: int = 3) -> bool:
@@ -205,7 +217,7 @@ class _Reader:
         elif name in "PQLEKR" and (code := self._find_taking_code(name)) and (name != "R" or code[0] == "M"):
             text = f"a value of {code}"
         is_known = is_number or mode or not re.search(r"[A-Z#$]", value)
-        self.add(match, text if is_known else f"{text}{_OF_COMPUTED_VALUES}")
+        self.add(match, text if is_known else f"{text}{_OF_COMPUTED_VALUE}")
         if not is_number:
             self.name_parts(match.end() - len(value), match.end())
 
@@ -274,6 +286,31 @@ def describe_pasted(line: str) -> list[str]:
     for (begin, end), texts in sorted(found.items()):
         lines += [" ".join(line[begin:-end].split()), *(f"  {', '.join(of)}: {text}" for text, of in texts.items())]
     return lines
+
+
+def find_words(line: str, dialect: str, *, is_continued: bool = False) -> list[KnownWord]:
+    """The words of a line of a program, without remarks, and what each does; what is not read is left out.
+
+    ``is_continued``: the line goes on with a cycle of Klartext that an earlier one begins.
+    """
+    reader, read = _Reader(remove_remarks(line, dialect), dialect), _READERS[dialect]
+    if is_continued:
+        read = _read_klartext_words
+    while not reader.is_at_end:
+        try:
+            read(reader)
+        except UnreadWord as stop:
+            if reader.at < stop.column:  # else the word has been passed
+                reader.at = stop.column - 1
+                reader.take(_UNREAD)
+            if dialect == "heidenhain" and reader.codes:  # the statement has been read
+                read = partial(_read_klartext_words, statement=reader.codes[-2])
+    return [
+        KnownWord(
+            *word[:2], " ".join(reader.code[word.begin : word.end].split()), word.text.removesuffix(_OF_COMPUTED_VALUE)
+        )
+        for word in sorted(reader.words)
+    ]
 
 
 # --- RS274/NGC and Fanuc -------------------------------------------------------------------------
@@ -509,10 +546,14 @@ def _read_klartext(r: _Reader) -> None:
     elif re.fullmatch(r"Q[LRS]?", name):
         _read_formula(r, match)
     r.codes += [name, " ".join(name.split()[:2])]
+    _read_klartext_words(r, name)
+
+
+def _read_klartext_words(r: _Reader, statement: str = "CYCL DEF") -> None:
     while not r.is_at_end:
         if r.take_word(r";.*?(?=~|$)", _REMARK) or r.take_word("~", "the statement goes on in the next line"):
             continue
-        _read_klartext_word(r, name)
+        _read_klartext_word(r, statement)
 
 
 def _take_statement(r: _Reader) -> re.Match[str] | None:
@@ -593,7 +634,7 @@ def _read_klartext_word(r: _Reader, statement: str) -> None:
     if match := r.take(rf"(Q\d+)[ \t]*=[ \t]*(FMAX|FAUTO|PREDEF|{_KLARTEXT_NUMBER})"):
         meaning = klartext.describe_parameter(int(match[1][1:])) or "a value of the cycle"
         is_number = re.fullmatch(r"[-+ \d.,]+|F\w+|PREDEF", match[2])
-        r.add(match, meaning if is_number else f"{meaning}{_OF_COMPUTED_VALUES}")
+        r.add(match, meaning if is_number else f"{meaning}{_OF_COMPUTED_VALUE}")
     elif re.compile(r"F[ \t]*(?:MAX|AUTO)(?![A-Z])").match(r.code, r.at):
         match = r.take(r"F[ \t]*(MAX|AUTO)")
         assert match is not None

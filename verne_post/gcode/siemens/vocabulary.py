@@ -10,6 +10,7 @@ from typing import Final
 
 from verne_post.gcode.codes import RS274, end_texts
 
+_BY_GROUP: Final = "orientation_by_group of the settings file is true"
 _CLEARS_FEED: Final = "a change sets F to 0"
 #: G functions that are executed, by group -> what each does; one of each group may stand in a block.
 GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
@@ -85,13 +86,17 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "transformation": {"TRAORI": "tool-centre-point control on", "TRAFOOF": "tool-centre-point control off"},
     "orientation reference": {
-        "ORIWKS": "the tool axis goes along a great circle",
-        "ORIMKS": "the rotary axes go linearly",
+        "ORIWKS": f"the tool axis goes along a great circle; no effect where {_BY_GROUP}",
+        "ORIMKS": f"the rotary axes go linearly; no effect where {_BY_GROUP}",
     },
-    "orientation path": dict.fromkeys(
-        ("ORIAXES", "ORIVECT", "ORIPLANE"),
-        "the motion of the tool axis, where orientation_by_group of the settings file is true",
-    ),
+    "orientation path": {
+        "ORIAXES": f"the rotary axes go linearly, where {_BY_GROUP}; else no effect: ORIWKS or ORIMKS decides, so "
+        "that ORIWKS ORIAXES is a great circle",
+        **dict.fromkeys(
+            ("ORIVECT", "ORIPLANE"),
+            f"the tool axis goes along a great circle, where {_BY_GROUP}; else no effect: ORIWKS or ORIMKS decides",
+        ),
+    },
 }
 #: How a value of an axis is meant, where G90 and G91 do not say.
 VALUE_MODES: Final[Mapping[str, str]] = {
@@ -103,8 +108,8 @@ VALUE_MODES: Final[Mapping[str, str]] = {
 }
 #: Words with a value that are executed.
 ADDRESSES: Final[Mapping[str, str]] = {
-    **dict.fromkeys(("X", "Y", "Z", "A", "C"), "where the axis goes, in mm or degrees; in G91 by how much"),
-    **dict.fromkeys(("B", "U", "V", "W"), "axes of other machines: refused where this one has no such axis (VP011)"),
+    **dict.fromkeys(("X", "Y", "Z", "A", "B", "C"), "where the axis goes, in mm or degrees; in G91 by how much"),
+    **dict.fromkeys(("U", "V", "W"), "axes of other machines: refused (VP011)"),
     **dict.fromkeys(("I", "J", "K"), "centre of an arc, from its start or with AC()"),
     **dict.fromkeys(("I1", "J1", "K1"), "intermediate point of CIP"),
     "CR": "radius of an arc",

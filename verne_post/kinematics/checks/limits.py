@@ -142,8 +142,8 @@ class _LimitCheck:
         self.axis_columns = [len(machine.columns) + k for k, one in enumerate(machine.margins) if one.code == "VP217"]
         self.axis_error_deg = 0.0
         self.below_table = {name: Worst() for name in ("tip", "spindle nose")}
-        #: Finding codes of elements that cannot be solved.
-        self.unreachable: dict[int, str] = {}
+        #: Finding codes of elements that cannot be solved, and the parameter where.
+        self.unreachable: dict[int, tuple[str, float]] = {}
         self.tails = np.array([SPAN_TAIL_MM if column.unit == "mm" else SPAN_TAIL for column in machine.columns])
 
     def list_findings(self) -> list[Finding]:
@@ -162,7 +162,7 @@ class _LimitCheck:
         margins = self.joints.find_margins(solved)
         quantities = np.concatenate([solved.q, margins], axis=1).reshape(*w.shape, -1)
         if not solvable.all():
-            self._note_unreachable(part.element, solved)
+            self._note_unreachable(part.element, w, solved)
             quantities = quantities[:, solvable]
         # Spans next to an unsolvable one are checked too; the unsolvable ones are already a finding.
         kept = np.flatnonzero(solvable)
@@ -281,9 +281,14 @@ class _LimitCheck:
             halve |= open_ & (part.depth < deepest) & ((gap > LIMIT_SLACK_MM) | ~anywhere)
         return halve
 
-    def _note_unreachable(self, element: Ints, solved: Solved) -> None:
-        """Keep why elements (n,) of spans cannot be solved: the code of the first unsolved sample along each."""
-        span, sample = np.nonzero(~solved.ok.reshape(-1, len(element)).T)
+    def _note_unreachable(self, element: Ints, w: Array, solved: Solved) -> None:
+        """Keep why elements (n,) of spans, with samples at w (m, n), cannot be solved: the code of one such sample.
+
+        The place is the begin of an element where that cannot be solved, which the line before it brings; else the
+        farthest, which its own line brings.
+        """
+        unsolved = ~solved.ok.reshape(w.shape)
+        span, sample = np.nonzero(unsolved.T)
         bad = sample * len(element) + span
         elements, first = np.unique(element[span], return_index=True)
         fresh = [k for k, e in enumerate(elements.tolist()) if e not in self.unreachable]
@@ -293,7 +298,9 @@ class _LimitCheck:
         codes = self.joints.machine.five_axis.explain_unreachable(
             solved.tip[rows], solved.angles[rows], self.joints.contour.find_tool_lengths(elements[fresh])
         )
-        self.unreachable.update(zip(elements[fresh].tolist(), codes, strict=True))
+        for e, code in zip(elements[fresh].tolist(), codes, strict=True):
+            places = w[unsolved & (element == e)]
+            self.unreachable[e] = code, float(places.max() if places.min() > 0.0 else 0.0)
 
 
 def _bound(values: Array) -> tuple[Array, Array]:

@@ -208,8 +208,10 @@ def report_table(contour: Contour, below: Mapping[str, Worst]) -> list[Finding]:
     return findings
 
 
-def report_unreachable(contour: Contour, unreachable: dict[int, str], five_axis: FiveAxis) -> list[Finding]:
-    """Findings of elements that cannot be solved, given with the code of the reason."""
+def report_unreachable(
+    contour: Contour, unreachable: dict[int, tuple[str, float]], five_axis: FiveAxis
+) -> list[Finding]:
+    """Findings of elements that cannot be solved, given with the code of the reason, and the parameter where."""
     said = dict(_UNREACHABLE)
     if isinstance(five_axis, Carrying):
         said["VP110"] = f"out of reach: {five_axis.no_reach}"
@@ -217,13 +219,13 @@ def report_unreachable(contour: Contour, unreachable: dict[int, str], five_axis:
         _make_finding(
             contour,
             group,
-            (group[0], {group[0]: 0.5}),
+            (group[0], {group[0]: unreachable[group[0]][1]}),
             code,
             said.get(code, CODES[code].meaning),
             severity="error",
         )
-        for code in sorted(set(unreachable.values()))
-        for group in _split_stretches(element for element, why in unreachable.items() if why == code)
+        for code in sorted({code for code, _w in unreachable.values()})
+        for group in _split_stretches(element for element, (why, _w) in unreachable.items() if why == code)
     ]
 
 
@@ -255,12 +257,12 @@ def find_culprit(contour: Contour, element: int, w: float) -> int:
     """The source line that has to be changed where element ``element`` is wrong at its parameter ``w``.
 
     A segment only begins where the one before it was programmed to end. So that one is named for what is wrong there,
-    or in the blend of the corner between them.
+    or in the blend of the corner between them; but what is worst where that blend ends is due to its own line.
     """
     segment, path = int(contour.segment[element]), contour.path
     own, before = int(path.line[segment]), segment - 1
     first = int(np.searchsorted(contour.segment, segment))
-    if not first or contour.segment[first - 1] != before or path.move[before] < 0:
+    if w >= 1.0 or not first or contour.segment[first - 1] != before or path.move[before] < 0:
         return own
     u = float(contour.find_parameters(np.array([element]), np.array([w]))[0])
     reach = 0.0 if contour.corners is None else float(contour.corners.reach[segment + contour.corners.shift])
