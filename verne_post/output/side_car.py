@@ -174,11 +174,12 @@ def report_changes(side_car: dict[str, Any], source: Text, machine: Machine, opt
     for name in OPTIONS:
         key = find_key(name)
         if find_about(name).changes == Changes.MOTION and key in now:
-            before = side_car["options"].get(key)
-            if name == "subroutines" and isinstance(before, dict):  # a program that may call itself is among them
+            before, after = side_car["options"].get(key), now[key]
+            # a program that may call itself is among them
+            if isinstance(before, dict) and isinstance(after, dict) and name == "subroutines":
                 before = {file: sha for file, sha in before.items() if sha != side_car["program"]["sha256"]}
-                now[key] = {file: sha for file, sha in now[key].items() if sha != compute_sha256(source)}
-            texts += _describe_differences(_NAMES.get(name, key), before, now[key])
+                after = {file: sha for file, sha in after.items() if sha != compute_sha256(source)}
+            texts += _describe_differences(_NAMES.get(name, key), before, after)
     return [make_finding("VP414", f"the setpoint file is out of date: {text}") for text in texts]
 
 
