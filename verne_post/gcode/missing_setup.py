@@ -155,7 +155,10 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         error.cause = f"tools.{name}"  # of TOOL DEF and TOOL CALL one finding
         raise error
     else:
-        number = next((given for given, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))
+        number = next(
+            (given for given, other in names.items() if other == name),
+            1 + max(FIRST_NAMED_TOOL - 1, *names, *numbers.values()),
+        )
     names[number] = name
     return number
 
