@@ -127,6 +127,17 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
     assert "nothing is missing" in answer.err
 
 
+def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
+    folder: Path, run: Callable[..., Any]
+) -> None:
+    Path("p.mpf").write_text('G17 G90 G54 G71\nT="B" D1 M6\nG0 X0 Y0 Z60\nG1 Z50 F500\nG41 X9\nX20\nG40 X40\nM30\n')
+    Path("p.mpf.toml").write_text("[tools]\nA = { length = 66, diameter = 6 }\n[wcs]\nG54 = [0, 0, 30]\n")
+    answer = run("check", "p.mpf", "--tool-length", 80)
+    said = answer.out + answer.err
+    assert said.count(" error: ") == 1
+    assert 'VP012 error: the diameter of tool "B" is not known' in said
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
