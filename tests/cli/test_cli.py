@@ -1096,7 +1096,7 @@ def test_lengths_of_one_tool_stand_together(tmp_path: Path, run: Callable[..., A
     options = ("--tool-table", table, "--wcs", "G54=0,0,60", "--split-at-stops")
     said = " ".join(run("convert", path, *options, "-o", tmp_path / "o.csv").err.split())
     noted = "rapids of line 7 still have the length of the tool before"
-    assert f"tool 1: 80 mm, tool 2: 95 mm; 0 mm in rapids before a length is active; {noted}" in said
+    assert f"tool 1: 80 mm, tool 2: 95 mm; 0 mm in rapids of line 9, where no length is active; {noted}" in said
     path.write_text(f"{head}T2 M6\nG0 X9\nG43 H2 Z90\nG49 G0 Z200\nG1 Z190\nM2\n")
     said = " ".join(run("convert", path, *options, "-o", tmp_path / "o.csv").err.split())
     assert f"tool 1: 80 mm, tool 2: 95 then 0 mm (0 mm: no length is in force, or none was given); {noted}" in said

@@ -1,6 +1,7 @@
 """Work offsets and tool lengths as other software measured them, and files that are out of date."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -95,6 +96,23 @@ def test_a_tool_without_a_length_in_every_dialect(
     # one sentence says what settles it: that of the message, or of the remedy
     assert answer.out.count("write one there, mm from the gauge line") == ("d.tbl:1" in said)
     assert answer.out.count("Fill in the length in") == (name in ("b.nc", "f.mpf"))
+
+
+def test_a_program_that_changed_is_not_its_own_subroutine_too(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Its name in a remark made it a file that it may call, whose two hashes filled a second finding."""
+    program = "; OWN\nG17 G90 G54 G71\nG0 X0 Y0 Z60 A0 C0\nOTHER\nG1 Z50 F500\nM30\n"
+    own, other = tmp_path / "own.mpf", tmp_path / "other.spf"
+    own.write_text(program)
+    other.write_text("G1 Z55 F500\nRET\n")
+    given = ("--tool-length", 60, "--wcs", "G54=0,0,60", "--meta", tmp_path / "own.json")
+    assert run(own, *given, "-o", tmp_path / "own.csv").code == 0
+    verify = ("verify", tmp_path / "own.csv", "--against", own, *given)
+    own.write_text(program.replace("Z50", "Z49"))
+    assert run(*verify).err.count("VP414") == 1
+    own.write_text(program)
+    other.write_text("G1 Z54 F500\nRET\n")
+    (said,) = (line for line in run(*verify).err.splitlines() if "VP414" in line)
+    assert re.search(r'subroutines other was "[0-9a-f]{12}", and is "[0-9a-f]{12}"$', said)
 
 
 def test_verify_notices_what_has_changed_since(job: Path, run: Callable[..., Any]) -> None:

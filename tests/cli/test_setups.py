@@ -111,16 +111,31 @@ def test_the_command_line_goes_before_the_file_and_the_file_before_the_settings(
 
 def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., Any]) -> None:
     """A length of the command line is not beaten by a table of the file, nor a table of the file by a length of the
-    settings.
+    settings. The diameters of the table hold beside it.
     """
     Path("part.nc").write_text(PROGRAM.replace(" G49", "").replace("G0 X0", "T1 M6\nG43 H1 G0 X0"), encoding="utf-8")
     Path("tools.tbl").write_text("T1 P1 Z66 D6\n", encoding="utf-8")
     Path("verne-post.toml").write_text('[setup."part.nc"]\ntool_length = 70\n', encoding="utf-8")
     Path("part.nc.toml").write_text('tool_table = "tools.tbl"\n[wcs]\nG54 = [0, 0, 30]\n', encoding="utf-8")
-    assert options_of(run)["tools"] == {"1": [66, 6]}
-    assert options_of(run)["tool_length_mm"] is None
-    assert options_of(run, "--tool-length", 80)["tool_length_mm"] == 80
-    assert options_of(run, "--tool-length", 80)["tools"] is None
+    taken = options_of(run)
+    assert (taken["tool_length_mm"], taken["tools"]) == (None, {"1": [66, 6]})
+    taken = options_of(run, "--tool-length", 80)
+    assert (taken["tool_length_mm"], taken["tools"]) == (80, {"1": [66, 6]})
+    Path("part.nc.toml").write_text("[tools]\n1 = { length = 66, diameter = 6 }\n[wcs]\nG54 = [0, 0, 30]\n")
+    Path("part.nc").write_text("G21 G90 G17\nT1 M6\nG0 X0 Y0 Z60 A0 C0\nG1 Z50 F500\nG41 D1 X9\nX20\nG40 X40\nM2\n")
+    answer = run("setup", "part.nc", "--tool-length", 80)
+    assert "nothing is missing" in answer.err
+
+
+def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
+    folder: Path, run: Callable[..., Any]
+) -> None:
+    Path("p.mpf").write_text('G17 G90 G54 G71\nT="B" D1 M6\nG0 X0 Y0 Z60\nG1 Z50 F500\nG41 X9\nX20\nG40 X40\nM30\n')
+    Path("p.mpf.toml").write_text("[tools]\nA = { length = 66, diameter = 6 }\n[wcs]\nG54 = [0, 0, 30]\n")
+    answer = run("check", "p.mpf", "--tool-length", 80)
+    said = answer.out + answer.err
+    assert said.count(" error: ") == 1
+    assert 'VP012 error: the diameter of tool "B" is not known' in said
 
 
 @pytest.mark.parametrize(

@@ -1436,3 +1436,24 @@ def test_loadtl_says_that_its_length_is_not_used(machine):
     messages = [one.message for one in findings if one.code == "VP012"]
     assert ["LENGTH in its statement is not used" in one for one in messages] == [True, False]
     assert "tool 4 and tool 5: LENGTH" in messages[0]
+
+
+@pytest.mark.parametrize(("program", "dialect", "wanted"), [
+    # the tool that no M6 loads, where a cycle needs its radius before any feed move
+    ("T1 D1\nG0 X0 Y0 Z60\nPOCKET3(20,0,2,-5,30,20,4,0,0,0,5,0,0,300,100,0,11,5,0,0,0,2,2)\nM30", "siemens",
+     ("VP012", 1, "write M6 after T1")),
+    # the side is in force although its radius is missing
+    ("BEGIN PGM K MM\nTOOL CALL 4 Z S1\nL X+0 Y-10 Z+60 R0 FMAX\nL X+0 Y+5 RL F500\nL Y+20\nCHF 2\nL X+30 RL\n"
+     "L X+50 R0\nM30\nEND PGM K MM", "heidenhain", ("VP012", 4, "the radius of tool 4 is not known")),
+    ("UNITS/MM\nLOADTL/1\nFEDRAT/500,MMPM\nGOTO/0,0,60\nGOTO/20,0000,0,20\nFINI", "aptcl",
+     ("VP005", 5, "if 20,0000 is one number, write a decimal point: 20.0000")),
+    # places that G91 makes unknown leave nothing to say of the contour
+    ("G91\nT1 M6\nG0 X0 Y0 Z60\nG43 H1\nG1 Z-9 F500\nG41 D1 X20\nX40\nY2\nX-10\nG40 Y9\nM30", "rs274",
+     ("VP013", 3, "G91 of line 1 is active")),
+])  # fmt: skip
+def test_one_mistake_of_a_program_is_one_error(machine, program, dialect, wanted):
+    tools = {1: Tool(1, 1, (0, 0, 80, *(0,) * 6), 10), 4: Tool(4, 4, (0, 0, 80, *(0,) * 6))}
+    findings = check(program.encode(), machine, Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 60)})).findings
+    (error,) = (item for item in findings if item.severity == "error")
+    assert (error.code, error.line) == wanted[:2]
+    assert wanted[2] in error.message

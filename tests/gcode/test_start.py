@@ -113,7 +113,9 @@ def test_a_cut_in_a_subprogram_counts(machine):
 def test_a_plane_that_is_tilted_later(machine, dialect, source, line):
     ((first, text),) = warned(source, machine, dialect=dialect)
     assert first == line
-    assert "names A" in text
+    assert f"line {1 + source[: source.rindex('M30')].count(chr(10)) - (2 if dialect == 'heidenhain' else 1)}" in text
+    assert "the first to turn the table" in text
+    assert text.endswith("; name A before")
 
 
 LEVEL_FIRST = {

@@ -118,7 +118,7 @@ class ToolLengths(Struct, frozen=True):
     own: tuple[tuple[int, float], ...]  #: With which each tool works.
     carried: tuple[tuple[int, float], ...]  #: Of the tool before, which rapids have until the tool's own is active.
     carried_lines: tuple[int, ...]  #: The lines of these rapids.
-    has_bare_rapids: bool  #: Whether some rapids have no length, although their tool has one in other moves.
+    bare_lines: tuple[int, ...]  #: Of rapids that have no length, although their tool has one in other moves.
 
 
 def list_tool_lengths(program: Program) -> ToolLengths:
@@ -132,7 +132,7 @@ def list_tool_lengths(program: Program) -> ToolLengths:
     path, moves = program.path, program.moves
     feeds: dict[tuple[int, float], bool] = {}
     before, taken_over = (0, 0.0), set()
-    lines: dict[tuple[int, float], set[int]] = {}  # of what is taken over
+    lines: dict[tuple[int, float], set[int]] = {}  # of what is taken over, or has no length
     for begin, end in iterate_blocks(len(path)):
         move = path.move_reached[begin:end]
         number = find_tool_of_moves(move, path.first_move, moves)
@@ -149,7 +149,7 @@ def list_tool_lengths(program: Program) -> ToolLengths:
             feeds[key] = feeds.get(key, False) or bool(has_feed)
             if key[0] != before[0] and key[1] == before[1]:
                 taken_over.add(key)
-            if key in taken_over and not feeds[key]:
+            if (key in taken_over or not mm) and not feeds[key]:
                 lines.setdefault(key, set()).update(of_stretch.tolist())
             before = key
     measured = {number for number, length in feeds if length != 0}
@@ -160,7 +160,7 @@ def list_tool_lengths(program: Program) -> ToolLengths:
         tuple(key for key in feeds if key not in bare | carried),
         tuple(key for key in feeds if key in carried),
         tuple(sorted({line for key in carried for line in lines[key]})),
-        bool(bare),
+        tuple(sorted({line for key in bare for line in lines.get(key, ())})),
     )
 
 
@@ -229,7 +229,7 @@ def summarise(
         tools=lengths.own,
         carried=lengths.carried,
         carried_lines=lengths.carried_lines,
-        has_bare_rapids=lengths.has_bare_rapids,
+        bare_lines=lengths.bare_lines,
         stock=moves.stock,
         compared=() if part is None else _describe_part(part),
         shaped=shaped,

@@ -23,6 +23,10 @@ class Table(Struct, frozen=True):
     rows: tuple[tuple[int, dict[str, str]], ...]
 
 
+#: What a column's number counts, by the end of its name.
+_UNITS = {"_rad": "radians", "_deg": "degrees", "_mrad": "milliradians", "_mm": "millimetres"}
+
+
 def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mistakes: list[Finding]) -> Table:
     """Read a table whose header names its columns in any order; blank lines and lines with # first are skipped.
 
@@ -71,10 +75,12 @@ def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], opt
     if not any(name in known or difflib.get_close_matches(name, known, n=1) for name in header):
         text = f"no file of readings: no column of {', '.join(needed)} is named in its first line"
         raise make_input_error("VP502", text, line=line)
-    mistakes, strange = [], []
+    mistakes, strange, meant = [], [], set()
     for column, name in enumerate(header):
-        close = [] if name in known else difflib.get_close_matches(name, known, n=1)
+        without_unit = [key for key in known if key in [name + unit for unit in _UNITS]]
+        close = [] if name in known else without_unit or difflib.get_close_matches(name, known, n=1)
         if close:
+            meant.add(close[0])
             text = f"column {name!r} is not known; did you mean {close[0]}?"
             mistakes.append(make_finding("VP502", text, line=line))
         elif name not in known:
@@ -84,16 +90,12 @@ def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], opt
     if strange:
         columns = f"column {strange[0]} is" if len(strange) == 1 else f"columns {join_names(strange)} are"
         mistakes.append(make_finding("VP502", f"{columns} not known; known are {', '.join(known)}", line=line))
-    missing = [name for name in needed if name not in header]
+    missing = [name for name in needed if name not in header and name not in meant]
     if missing:
         columns = f"column {missing[0]} is" if len(missing) == 1 else f"columns {join_names(missing)} are"
         text = f"{columns} missing in the header; expected {', '.join(needed)}"
         mistakes.append(make_finding("VP502", text, line=line))
     refuse_mistakes(mistakes)
-
-
-#: What a column's number counts, by the end of its name.
-_UNITS = {"_rad": "radians", "_deg": "degrees", "_mrad": "milliradians", "_mm": "millimetres"}
 
 
 def refuse_mistakes(mistakes: list[Finding]) -> None:

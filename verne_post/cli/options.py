@@ -333,6 +333,8 @@ def build_options(files: RunFiles, /, name: str, program: str = "", *, beside: s
         For what stands in a file.
     """
     claim_input(files, given)
+    if given.get("tool_length") is not None and given.get("tool_lengths") is not None:
+        raise click.UsageError("--tool-length and --tool-lengths exclude each other: the first applies to every tool")
     words = _spell_given(given)  # without what set-ups add
     settings = find_settings(files, given.get("settings"), program or beside, tell=True)
     values: dict[str, Any] = {}
@@ -409,8 +411,6 @@ def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
 
 def _read_option_files(files: RunFiles, given: dict[str, Any], named: dict[str, str]) -> dict[str, Any]:
     """Options that are read from files; ``named`` says which of them a set-up names, and where."""
-    if given.get("tool_length") is not None and given.get("tool_lengths") is not None:
-        raise click.UsageError("--tool-length and --tool-lengths exclude each other: the first applies to every tool")
     contents = {
         key: (files.read(path, named.get(name, _FLAGS[name])), show_name(path))
         for key, name in KEYS_OF_FILES.items()

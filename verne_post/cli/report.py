@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from verne_post.cli.colour import say
-from verne_post.cli.common import PROGRAM, quiet_option, read_program, refuse
+from verne_post.cli.common import PROGRAM, print_findings, quiet_option, read_program, refuse
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options
 from verne_post.cli.pictures import expect_picture, require_package
@@ -77,6 +77,8 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
     if static is not None:
         name, _source, machine, studied = found[0]
         files.write(static, "--static", [picture.picture_of(name, machine, studied, suffix)])
+    for name, source, _machine, studied in found:
+        print_findings(name, studied.findings, source, quiet=quiet)
     if not quiet:
         written = " and ".join(show_name(str(path)) for path in (output, static) if path is not None)
         outcomes = "; ".join(format_outcome(name, seen.findings, 0, machine) for name, _source, machine, seen in found)

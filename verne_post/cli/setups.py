@@ -90,7 +90,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     setups = list(_find_setups(files, given.get("setup_file"), program, settings))
     if not setups:
         return Placed(given)
-    from verne_post.config.program_setup import TOOL_KEYS
+    from verne_post.config.program_setup import TABLE_KEYS, TOOL_KEYS
 
     below: dict[str, Any] = {}
     own: set[str] = set()  # parameters that a set-up gives, also where another one replaces them
@@ -107,6 +107,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
         own |= values.keys()
         if any(key in values for key in TOOL_KEYS):
             own.update(TOOL_KEYS)
+        if any(key in values for key in TABLE_KEYS):
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
         below |= values
         named |= {KEYS_OF_FILES[key]: setup.place_of(key) for key in setup.files if key in KEYS_OF_FILES}
@@ -127,7 +128,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
         if setup.stock is not None:
             stock = setup.stock, setup.files.get("stock.file"), setup.place_of("stock.file")
     above = {key: value for key, value in given.items() if value not in (None, (), [])}
-    if any(key in above for key in TOOL_KEYS):
+    if any(key in above for key in TABLE_KEYS):
         below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
     source = ", ".join(setup.name for setup in setups)
     named = {key: place for key, place in named.items() if key not in above}

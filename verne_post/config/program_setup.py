@@ -88,6 +88,8 @@ def number_tools(
 FILE_KEYS: Final = ("tool_table", "tool_lengths", "measured_offset", "tool_shapes", "parameters")
 #: Keys that say which lengths the tools have: a set-up, or the command line, that has one of them has them all.
 TOOL_KEYS: Final = ("tool_length", "tool_table", "tool_lengths", "tools")
+#: Those of them that also say which diameters: the others of a weaker place hold beside a ``tool_length`` alone.
+TABLE_KEYS: Final = TOOL_KEYS[1:]
 _OWN: Final = ("wcs", "keep_out", "stock", "part")
 #: Stands for a code whose meaning is still to be decided: it is refused, as without the key.
 TO_DECIDE: Final = "decide"

@@ -10,7 +10,7 @@ from verne_post.config.box_file import FixtureFile, make_stock
 from verne_post.config.control_tables import merge_keys
 from verne_post.config.files import read_file
 from verne_post.config.part_setup import read_lengths, read_offsets
-from verne_post.config.program_setup import FILE_KEYS, TOOL_KEYS, ProgramSetup, read_setup
+from verne_post.config.program_setup import FILE_KEYS, TABLE_KEYS, TOOL_KEYS, ProgramSetup, read_setup
 from verne_post.config.settings import Settings, describe_source, load_settings
 from verne_post.gcode.parameter_file import read_parameter_file
 from verne_post.gcode.tools import read_tool_table
@@ -95,8 +95,9 @@ def lay_over_setup(
     for file in setups:
         has = {*file.options, *(key for key in file.files if key in FILE_KEYS)}
         if has & {*TOOL_KEYS}:
+            if has & {*TABLE_KEYS}:
+                below, files = _drop_tools(below), _drop_tools(files)
             has |= {*TOOL_KEYS}
-            below, files = _drop_tools(below), _drop_tools(files)
         own |= has
         below |= file.options
         files |= {key: (path, file.place_of(key)) for key, path in file.files.items() if key in FILE_KEYS}
@@ -109,7 +110,7 @@ def lay_over_setup(
             )
         wcs |= _convert_offsets(file)
         to_measure |= dict.fromkeys(file.to_measure, file.name)
-    if given.keys() & {"tool_length", "tools"}:
+    if "tools" in given:
         below, files = _drop_tools(below), _drop_tools(files)
     contents = {key: (_read(path, f"{place} ="), str(path)) for key, (path, place) in files.items()}
     contents.pop("measured_offset", None)

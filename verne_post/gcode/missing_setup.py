@@ -13,7 +13,7 @@ from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_PLACE, At, Progr
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, Remedy, make_finding
-from verne_post.model.moves import ZERO9, Moves
+from verne_post.model.moves import ZERO9, Moves, Selection
 from verne_post.model.part_setup import (
     ADDITIONAL_SYSTEMS,
     FIRST_NAMED_TOOL,
@@ -94,6 +94,13 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
         )
 
 
+def report_unloaded(selection: Selection, before: str) -> ProgramError:
+    """VP012 at the T whose tool no M6 has loaded before what needs it."""
+    word = selection.spell()
+    text = f"{word} only selects the tool, and no M6 loads it before {before}; write M6 after {word}"
+    return ProgramError("VP012", text, line=selection.line, edits=selection.propose_change()).advise("")
+
+
 def suggest_call(setup: Setup, state: State, form: str, others: str) -> str:
     """How to call a tool where none is called, although lengths of tools are there; empty where none are.
 
@@ -135,7 +142,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     numbers = {} if isinstance(keys, FanucKeys | Rs274Keys) else keys.tools  # their tools have no names
     if name in numbers:
         number = numbers[name]
-    elif setup.tools is not None:
+    elif setup.tools is not None and setup.tool_length is None:
         other = next((one for one in numbers if one.lower() == name.lower()), "") or find_meant(name, numbers)
         # the name may stand in a word, whose quotes stay
         is_behind_words = " " in call.replace(name, "")
@@ -148,7 +155,10 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         error.cause = f"tools.{name}"  # of TOOL DEF and TOOL CALL one finding
         raise error
     else:
-        number = next((given for given, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))
+        number = next(
+            (given for given, other in names.items() if other == name),
+            1 + max(FIRST_NAMED_TOOL - 1, *names, *numbers.values()),
+        )
     names[number] = name
     return number
 

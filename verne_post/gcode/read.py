@@ -32,7 +32,7 @@ from verne_post.model.moves import Frame, Moves
 #: Codes of errors about words that another dialect may have.
 _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
 #: Errors that follow where an incremental word (G91 in place of G90) leaves it open where the axes stand.
-_OF_POSITIONS: Final = ("VP008", "VP013", "VP017", "VP025")
+_OF_POSITIONS: Final = ("VP008", "VP013", "VP017", "VP025", "VP026")
 #: Errors that a line has whether or not the program comes to it.
 _OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 #: So many blocks are repeated after an error, which may have left a loop without an end.

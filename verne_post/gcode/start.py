@@ -156,13 +156,21 @@ class _Opening:
         axes = [axis for axis, is_open in zip(turned_rows, unsaid[at[0]], strict=True) if is_open]
         letters = " and ".join(AXES[axis] for axis in axes)
         stands = _spell_angles(axes, position)
-        text = (
-            f"the program cuts before it names {letters}: assumed to start at {stands}, as line {named_line} says; "
-            f"name {letters} before"
-        )
+        text = f"the program cuts before it names {letters}: assumed to start at {stands}, as line {named_line} says; "
+        if planes and planes[-1].word and not any(self._has_word(named_line, AXES[axis]) for axis in axes):
+            text = (
+                f"the program cuts before line {named_line}, the first to turn the table, to {stands}; where the table "
+                f"stands before is not known, and is assumed to be {stands} too; "
+            )
+        text += f"name {letters} before"
         edits = (Remedy(f"name {letters}", stands, line=first),)
         where = {"line": first, "last_line": first, "worst_line": first}
         return make_finding("VP036", text, **where, edits=edits), dict.fromkeys(axes, named_line)
+
+    def _has_word(self, line: int, letter: str) -> bool:
+        """Whether a line names an axis: a plane turns it without its letter."""
+        text = remove_remarks((take_line(self.source, line) or b"").decode("latin-1"))
+        return re.search(rf"(?<![A-Z]){letter}\s*[-+=.\[#\dQ]", text, re.IGNORECASE) is not None
 
     def _list_moves(self, position: Array) -> Moves:
         """Moves of the opening lines of a program that starts at a position."""
@@ -199,9 +207,7 @@ class _Opening:
         if is_called and "the tool points along" not in item.message:
             return item
         letter = AXES[tilt]
-        # a plane turns the axis without its letter
-        text = remove_remarks((take_line(self.source, opening) or b"").decode("latin-1"))
-        is_named = re.search(rf"(?<![A-Z]){letter}\s*[-+=.\[#\dQ]", text, re.IGNORECASE)
+        is_named = self._has_word(opening, letter)
         first = f"{letter} is named first in line {opening}" if is_named else f"line {opening} turns {letter}"
         why = (
             f"; {first}, so the program starts with {letter} {start[tilt]:g}: name "

@@ -46,7 +46,7 @@ PLAUSIBLE: Final = {
     "tip tolerance": Plausible(1e-5, 1.0, "mm", "um", 1e-3),
     "axis tolerance": Plausible(1e-4, 5.0, "deg", "arcsec", 1.0 / 3600.0),
     # the program; cutters of high feed and coarse threads stay below
-    "feed rate": Plausible(0.0, 2e5, "mm/min", "um/min", 1e-3, "cut"),
+    "feed rate": Plausible(0.0, 1e5, "mm/min", "um/min", 1e-3, "cut"),
     "dwell": Plausible(0.0, 60.0, "s", "ms", 1e-3, "cut"),
     "feed per turn": Plausible(0.0, 20.0, "mm a turn", "um a turn", 1e-3, "cut"),
     # the set-up of a part

@@ -107,8 +107,8 @@ class Summary:
         Tools with the length of the tool before, mm, which rapids have until the tool's own length is active.
     carried_lines : tuple of int
         The lines of these rapids.
-    has_bare_rapids : bool
-        Some rapids have no tool length, although their tool has one in other moves.
+    bare_lines : tuple of int
+        The lines of rapids that have no tool length, although their tool has one in other moves.
     axis_error_deg : float or None
         Largest tool axis error of the motion that the as-built machine cannot correct; None for a nominal machine.
     stock : Stock or None
@@ -158,7 +158,7 @@ class Summary:
     tools: tuple[tuple[int, float], ...] = ()
     carried: tuple[tuple[int, float], ...] = ()
     carried_lines: tuple[int, ...] = ()
-    has_bare_rapids: bool = False
+    bare_lines: tuple[int, ...] = ()
     axis_error_deg: float | None = None
     stock: Stock | None = None
     compared: tuple[str, ...] = ()

@@ -1,6 +1,7 @@
 """The metadata file of ``--meta``: what a setpoint file was made from, its quality, and whether it is up to date."""
 
 import json
+import re
 from collections.abc import Iterator
 from typing import Any, Final
 
@@ -22,6 +23,8 @@ from verne_post.output.setpoints import name_columns
 SIDE_CAR_SCHEMA: Final = 2
 #: Names of options in messages, where the key does not say it.
 _NAMES = {"wcs": "work offset", "tools": "tool"}
+#: A SHA-256, and what is shown of it.
+_SHA256: Final = re.compile(r"\b([0-9a-f]{12})[0-9a-f]{52}\b")
 
 
 def describe_rows(summary: Summary) -> dict[str, str]:
@@ -171,7 +174,12 @@ def report_changes(side_car: dict[str, Any], source: Text, machine: Machine, opt
     for name in OPTIONS:
         key = find_key(name)
         if find_about(name).changes == Changes.MOTION and key in now:
-            texts += _describe_differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
+            before, after = side_car["options"].get(key), now[key]
+            # a program that may call itself is among them
+            if isinstance(before, dict) and isinstance(after, dict) and name == "subroutines":
+                before = {file: sha for file, sha in before.items() if sha != side_car["program"]["sha256"]}
+                after = {file: sha for file, sha in after.items() if sha != compute_sha256(source)}
+            texts += _describe_differences(_NAMES.get(name, key), before, after)
     return [make_finding("VP414", f"the setpoint file is out of date: {text}") for text in texts]
 
 
@@ -188,4 +196,4 @@ def _describe_differences(name: str, before: object, now: object) -> Iterator[st
 
 
 def _show(value: object) -> str:
-    return "not given" if value is None else json.dumps(value)
+    return "not given" if value is None else _SHA256.sub(r"\1", json.dumps(value))

@@ -445,8 +445,8 @@ def _describe_tools(summary: Summary) -> str:
     if summary.options.tool_length != 0 and any(not length and number not in meant for number, length in summary.tools):
         zero = "" if len(summary.tools) == 1 else "0 mm: "
         source = f" ({zero}no length is in force, or none was given)"
-    if summary.has_bare_rapids:
-        source += "; 0 mm in rapids before a length is active"
+    if summary.bare_lines:
+        source += f"; 0 mm in rapids of {join_lines(summary.bare_lines)}, where no length is active"
     if summary.carried:
         source += f"; rapids of {join_lines(summary.carried_lines)} still have the length of the tool before"
     return f"{tools}{source}"

@@ -1,5 +1,6 @@
 """Statements that move: points, arcs, holes, the table; and the modes of their motion."""
 
+import re
 from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from typing import Final
@@ -17,6 +18,8 @@ from verne_post.gcode.apt.statements import Statement, read_numbers, read_word
 from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
 
+#: What may be one number with a decimal comma, where no number has a decimal point.
+_DECIMAL_COMMA: Final = re.compile(r"\d+,(?:0\d+|\d{3,}|[1-9]\d*)(?![\d.])")
 _PLANES: Final = {0: 19, 1: 18, 2: 17}
 #: Sines and cosines of angles in degrees, and their products, are off by less than this.
 _NOISE: Final = 1e-12
@@ -47,7 +50,11 @@ def _read_points(to: AptModes, s: Statement, numbers: list[float]) -> tuple[list
     """Points, several after CIRCLE, and the tool axis; [] where the statement has none."""
     triples = [numbers[at : at + 3] for at in range(0, len(numbers), 3)]
     if not numbers or len(triples[-1]) < 3 or (len(numbers) > 6 and to.circle is None):
-        raise ProgramError("VP005", f"{s.major} takes x, y, z, or x, y, z, i, j, k; here are {len(numbers)} numbers")
+        text = f"{s.major} takes x, y, z, or x, y, z, i, j, k; here are {len(numbers)} numbers"
+        commas = None if "." in "".join(s.words) else _DECIMAL_COMMA.search(",".join(s.words))
+        if commas:
+            text += f"; if {commas[0]} is one number, write a decimal point: {commas[0].replace(',', '.')}"
+        raise ProgramError("VP005", text)
     axes = triples[1::2]
     with_axis = len(triples) == 2 * len(axes) and all(axis == axes[0] for axis in axes)
     if with_axis and (to.circle is None or abs(np.linalg.norm(axes[0]) - 1.0) <= VECTOR_LENGTH):

@@ -221,10 +221,10 @@ class KlartextContour:
             return
         if self.side is not None:
             raise statement.error("VP017", f"{side} while {self.side} is in force; write R0 between them")
+        self.side = side  # also where the radius is missing: what follows is not another error
         radius = self.find_tool_radius()
         if self.modes.tcp and state.tool_axis is not None:
             raise statement.error("VP017", f"{side} while a tool vector is in force")
-        self.side = side
         sign = (1.0 if side == "RL" else -1.0) * (-1.0 if self.frames.flips else 1.0)
         self.core.start_compensation(
             Compensation(_CODES[side], 0, sign * radius, self.frames.block.line, side, "R0", perpendicular=True)

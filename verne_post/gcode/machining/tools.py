@@ -32,7 +32,13 @@ class Tools:
         """Refuse (VP012) a tool that the tool table does not have."""
         tools = self.state.tools
         is_assumed = self.setup.tools is None and all(map(stands_in, (tools or {}).values()))
-        if tools is not None and not is_assumed and number != 0 and number not in tools:
+        if (
+            tools is not None
+            and self.setup.tool_length is None
+            and not is_assumed
+            and number != 0
+            and number not in tools
+        ):
             raise report_missing_tool(number, word, at, self.setup, self.state)
 
     def select(self, at: At, number: int) -> None:

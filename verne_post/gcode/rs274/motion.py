@@ -20,7 +20,7 @@ from verne_post.gcode.machining.machining import (
     name_word,
 )
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
-from verne_post.gcode.missing_setup import find_tool_key, suggest_call
+from verne_post.gcode.missing_setup import find_tool_key, report_unloaded, suggest_call
 from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_LENGTH, ProgramError, locate_errors, write_before
 from verne_post.gcode.rs274.modes import NO_MAPS, TCP_CODES, Modes
 from verne_post.gcode.rs274.traits import Traits
@@ -73,11 +73,7 @@ def refuse_lacking(
         state = core.state
         tool, selections = (state.tools or {}).get(state.loaded_tool or 0), core.recorder.selections
         if loads_lengths and not state.loaded_tool and selections and not selections[-1].is_loaded:
-            word = selections[-1].spell()
-            text = f"{word} only selects the tool, and no M6 loads it before the first feed move; write M6 after {word}"
-            raise ProgramError("VP012", text, line=selections[-1].line, edits=selections[-1].propose_change()).advise(
-                ""
-            )
+            raise report_unloaded(selections[-1], "the first feed move")
         forms = (
             ("T{word} D1 and M6", "T D1 and M6")
             if loads_lengths

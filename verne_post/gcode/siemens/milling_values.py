@@ -8,6 +8,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.machining import explain_inverse_time, explain_tilted_tool, list_plane_edits
 from verne_post.gcode.machining.pockets import Entry, Milling, spread_levels
+from verne_post.gcode.missing_setup import report_unloaded
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, check_depths
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -176,7 +177,9 @@ class MillingValues:
 
     def _find_radius(self) -> float:
         to = self.to
-        number = to.state.loaded_tool or 0
+        number, selections = to.state.loaded_tool or 0, to.core.recorder.selections
+        if number == 0 and selections and not selections[-1].is_loaded:
+            raise report_unloaded(selections[-1], "the first feed move")
         if number == 0 or not to.modes.edge:
             raise ProgramError(
                 "VP012", f"{self.name} needs a tool with its radius: T, M6 and D1", self.given.call.column
