@@ -9,7 +9,7 @@ from verne_post import check
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.watcher import place_at_plane
 from verne_post.gcode.tools import read_tool_table
-from verne_post.model.findings import make_finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 from verne_post.output.findings import describe_remedy, format_finding
@@ -1436,3 +1436,12 @@ def test_loadtl_says_that_its_length_is_not_used(machine):
     messages = [one.message for one in findings if one.code == "VP012"]
     assert ["LENGTH in its statement is not used" in one for one in messages] == [True, False]
     assert "tool 4 and tool 5: LENGTH" in messages[0]
+
+
+@pytest.mark.parametrize(("line", "column"), [("T1 P1 L80 D8", 7), ("T1 G43 H80", 4)])
+def test_a_word_that_tool_tables_lack_has_its_column(line, column):
+    with pytest.raises(InputError) as refusal:
+        read_tool_table(f"{line}\n", "t.tbl")
+    (finding,) = refusal.value.findings
+    assert finding.column == column
+    assert finding.message.endswith("Q; the length is Z") is ("L80" in line)
