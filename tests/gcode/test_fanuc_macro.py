@@ -68,7 +68,7 @@ def test_a_variable_gets_no_value_from_a_vacant_one_and_its_word_is_passed_over(
     assert findings == ()
     assert moves.end[-1][:2].tolist() == [0.0, 7.0]
     assert [(item.code, item.line) for item in moves.findings] == [("VP039", 9)]
-    assert "passed over" in moves.findings[0].message
+    assert moves.findings[0].message.startswith("X has #1 (A of G65) without a value: the word is passed over")
 
 
 @pytest.mark.parametrize(("lines", "ends"), [
@@ -182,6 +182,19 @@ def test_what_is_wrong_has_its_line(view, lines, code, part, line):
 
 
 _MISSING = "{0} calls O9010: not in the program, and in no file beside it whose name has the number"
+
+
+def test_a_program_behind_the_closing_percent_is_told(view):
+    """The text ends at that %; without the % the program is found."""
+    source = "%\nO1\nG21 G90\nG0 X0 Y0 Z50.\nG65 P9100\nM30\n%\nO9100\nX5.\nM99\n%\n"
+    (finding,) = view(source, dialect="fanuc")[1]
+    assert finding.message.endswith("; line 8 has O9100, but the % of line 7 ends the text before it; take this % out")
+    assert view(source.replace("M30\n%", "M30"), dialect="fanuc")[1] == ()
+
+
+def test_a_subprogram_without_its_end_is_named(view):
+    (finding,) = view("%\nO1\nG21 G90\nG0 X0 Y0 Z9.\nM98 P10\nM30\nO10\nX1.\n%\n", dialect="fanuc")[1]
+    assert finding.message == "O10, which has been called, runs on to the end of the text; expected M99"
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from verne_post import check
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.watcher import place_at_plane
 from verne_post.gcode.tools import read_tool_table
-from verne_post.model.findings import make_finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 from verne_post.output.findings import describe_remedy, format_finding
@@ -1457,3 +1457,12 @@ def test_one_mistake_of_a_program_is_one_error(machine, program, dialect, wanted
     (error,) = (item for item in findings if item.severity == "error")
     assert (error.code, error.line) == wanted[:2]
     assert wanted[2] in error.message
+
+
+@pytest.mark.parametrize(("line", "column"), [("T1 P1 L80 D8", 7), ("T1 G43 H80", 4)])
+def test_a_word_that_tool_tables_lack_has_its_column(line, column):
+    with pytest.raises(InputError) as refusal:
+        read_tool_table(f"{line}\n", "t.tbl")
+    (finding,) = refusal.value.findings
+    assert finding.column == column
+    assert finding.message.endswith("Q; the length is Z") is ("L80" in line)

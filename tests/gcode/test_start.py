@@ -345,9 +345,15 @@ def test_cutter_compensation_on_a_plane(machine):
 
 
 def test_cutter_compensation_under_tool_vectors_is_refused(machine):
-    source = "O1\nG21 G90\nT1 M6\nG43.5 H1\nG0 X0 Y0 Z50. I0 J0.6 K0.8\nG1 Z5. F500\nG41 D1 X20.\nM30"
-    with pytest.raises(InputError, match="G41 while a tool axis"):
-        poses(source, machine, "fanuc")
+    head = "O1\nG21 G90\nT1 M6\nG43.5 H1\nG0 X0 Y0 Z50. I0 J0 K1.\nG1 Z5. F500\n"
+    source = head + "{}G41 D1 X20.\nX40.\nG40 X60.\nM30"
+    with pytest.raises(
+        InputError, match=r"G41 while a tool axis .I J K. is in force; write G49 before, and name A and C"
+    ):
+        poses(source.format(""), machine, "fanuc")
+    with pytest.raises(InputError, match=r"G41 while a tool axis .I J K. is in force; name A and C in a move before"):
+        poses(source.format("G49\n"), machine, "fanuc")
+    poses(source.format("G49\nG0 A0 C0\n"), machine, "fanuc")
 
 
 def test_first_namings_that_contradict_each_other(machine):

@@ -181,7 +181,8 @@ def test_a_floating_holder_needs_no_option(view, dialect, text):
         ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1)", "VP002", "_DAM"),
         ("siemens", "CYCLE84(20,0,2,-10,,,5,37,,0,300)", "VP007", "MPIT"),
         ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,4)", "VP002", "_PITA"),
-        ("siemens", "CYCLE84(20,0,2,-10,,,6,,1,0,300)", "VP005", "SDAC"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,6,,1,0,300)", "VP005", "CYCLE84 needs SDAC 3, 4 or 5"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,5,,0,0,300)", "VP005", "CYCLE84 needs a pitch (PIT or MPIT)"),
         ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1,0.0001)", "VP007", "cuts"),
         *(
             ("aptcl", CL.format(400, "CLW") + f"CYCLE/TAP,{words}\nGOTO/0,0,0", code, part)

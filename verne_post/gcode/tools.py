@@ -52,7 +52,9 @@ def _read_line(raw: str, number: int, where: str) -> Tool | None:
         return None
     if block.codes or not set(block.words) <= _LETTERS:
         strange = block.codes[0][0] if block.codes else min(set(block.words) - _LETTERS)
-        raise ProgramError("VP019", f"{strange} is not a word of a tool table; expected T, P, an axis, D, I, J or Q")
+        hint = "; the length is Z" if strange in "HL" else ""
+        text = f"{strange} is not a word of a tool table; expected T, P, an axis, D, I, J or Q{hint}"
+        raise ProgramError("VP019", text, block.codes[0][2]) if block.codes else block.error("VP019", text, strange)
     if "T" not in block.words:
         raise ProgramError("VP019", "the tool number T is missing")
     for letter in "TP":

@@ -660,7 +660,8 @@ class Machining:
             text = f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
             raise explain_inverse_time(self, ProgramError("VP017", text))
         if not self._is_tool_upright():
-            raise ProgramError("VP017", f"{name} while a tool axis ({self.axis_words}) is in force")
+            text = f"{name} while a tool axis ({self.axis_words}) is in force"
+            raise ProgramError("VP017", f"{text}; name {self.setup.both_rotary} in a move before")
 
     def _is_tool_upright(self) -> bool:
         """True without a tool axis, or with the one along Z of a tilted plane (G53.1), where the contour then lies."""

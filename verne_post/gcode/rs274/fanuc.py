@@ -4,6 +4,7 @@ What means the same as in RS274/NGC is executed by the same interpreter; here st
 milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact stops. docs/fanuc.md has the table.
 """
 
+import math
 import re
 from typing import ClassVar, Final
 
@@ -73,7 +74,7 @@ from verne_post.gcode.rs274.macro_calls import (
     read_macro_call,
     set_control_variable,
 )
-from verne_post.gcode.rs274.macro_text import explain_misspelt, read_statement
+from verne_post.gcode.rs274.macro_text import ARGUMENTS, explain_misspelt, read_statement
 from verne_post.gcode.rs274.modes import NO_MAPS
 from verne_post.gcode.rs274.nurbs import NurbsCodes
 from verne_post.gcode.rs274.run import execute_blocks
@@ -285,11 +286,9 @@ class FanucInterpreter(Rs274):
         if "." in head and ("P" in head or "p" in head) and any(match[1] for match in _TIME.finditer(head)):
             self._in_seconds = block
         if self.parameters.passed_word:
+            vacant_word = self._name_vacant(self.parameters.passed_word, text)
             self.recorder.note_once(
-                "VP039",
-                f"{self.parameters.passed_word} has a variable without a value: the word is passed over, as controls "
-                "do",
-                line,
+                "VP039", f"{vacant_word} without a value: the word is passed over, as controls do", line
             )
         if self.keys.decimal_point == "conventional":
             codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
@@ -306,6 +305,15 @@ class FanucInterpreter(Rs274):
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"
             )
         return block
+
+    def _name_vacant(self, letter: str, text: str) -> str:
+        """A word and its variables that have no value, each with the letter by which G65 gives it one."""
+        word = re.search(rf"{letter}([^A-Z]*)", text.upper())
+        numbers = dict.fromkeys(int(number) for number in re.findall(r"#(\d{1,2})(?!\d)", word[1] if word else ""))
+        letters = {number: argument for argument, number in ARGUMENTS.items()}
+        vacant = [number for number in numbers if math.isnan(self.parameters.read_value(number))]
+        names = [f"#{number} ({letters[number]} of G65)" if number in letters else f"#{number}" for number in vacant]
+        return f"{letter} has {' and '.join(names) or 'a variable'}"
 
     def set_parameter(self, key: int | str, value: float, column: int) -> None:
         """Set a variable; some of the control stop the program, or have no effect here."""

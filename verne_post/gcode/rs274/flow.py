@@ -399,7 +399,8 @@ class Flow:
     def _find_head(self, label: str, near: Sequence[str]) -> tuple[str, tuple[Remedy, ...]]:
         """The line of the main text that may begin a program with a slip in its number, and the edit; else empty.
 
-        That is a line whose O or digits are mistyped, or a ``near`` number that nothing calls.
+        That is a line whose O or digits are mistyped, or that follows the closing %, or a ``near`` number that nothing
+        calls.
         """
         source = self.calls.main.source
         for match in _MISTYPED_HEAD.finditer(source) if len(label) >= len("100") else ():
@@ -407,6 +408,10 @@ class Flow:
             if label not in _list_meant_numbers(word):
                 continue
             line = source.count(b"\n", 0, match.start(1)) + 1
+            closing = self.calls.main.closing
+            if closing is not None and line > closing:
+                text = f"line {line} has O{label}, but the % of line {closing} ends the text before it"
+                return f"{text}; take this % out", ()
             wrong = f"{word}, which lacks its letter O" if word.isdigit() else f"{word}, which may be O{label}"
             edit = Remedy(f"write O{label}", f"O{label}", line=line, misspelt=word)
             return f"line {line} begins with {wrong}; write O{label} there", (edit,)

@@ -435,9 +435,10 @@ class MotionCodes:
             self.core.end_compensation()
             return
         name = spell_g_code(code)
-        self.core.check_compensation(name)
         if self.modes.vectors:
-            raise ProgramError("VP017", f"{name} while a tool axis (I J K) is in force")
+            text = f"{name} while a tool axis (I J K) is in force; write G49 before"
+            raise ProgramError("VP017", f"{text}, and name {self.setup.both_rotary} in a move after it")
+        self.core.check_compensation(name)
         radius = 0.5 * self.find_cutter_diameter(block, code)
         self.core.start_compensation(
             Compensation(

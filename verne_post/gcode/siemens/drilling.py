@@ -325,10 +325,13 @@ class _Hole:
         )
         angle = given.number("POSS")
         given.refuse_rest(("_TECHNO", *OF_EDITOR))
-        if not pitch or min(speeds) <= 0 or after not in (3, 4, 5):
-            raise ProgramError(
-                "VP005", "CYCLE84 needs a pitch (PIT or MPIT), SST greater than 0, and SDAC 3, 4 or 5", here
-            )
+        needs = (
+            (bool(pitch), "a pitch (PIT or MPIT)"),
+            (min(speeds) > 0, "SST greater than 0"),
+            (after in (3, 4, 5), "SDAC 3, 4 or 5"),
+        )
+        if missing := [name for is_met, name in needs if not is_met]:
+            raise ProgramError("VP005", f"CYCLE84 needs {' and '.join(missing)}", here)
         if variant not in (0, 1, 2) or (variant and not step):
             raise given.error("VP002", f"_VARI {variant}: 0 taps at once, 1 and 2 in cuts of _DAM", "_VARI")
         places, depth = list[float](), abs(self.reference - self.bottom)
