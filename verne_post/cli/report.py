@@ -40,8 +40,6 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
 
     if output is None and static is None:
         raise click.UsageError("say where to write: -o OUT.html, --static OUT.png, or both")
-    if output is not None and output.suffix.lower() not in _PAGES:
-        raise click.UsageError(f"-o {output}: expected a name that ends in .html")
     if len(inputs) > 2:
         raise click.UsageError(f"a page shows one program or compares two; {len(inputs)} are given")
     if len(inputs) == 2 and static is not None:
@@ -54,6 +52,8 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
     suffix = "" if static is None else expect_picture(files, static, "--static")
     if output is not None:
         files.expect_writing(output, "-o")
+        if output.suffix.lower() not in _PAGES:
+            raise click.UsageError(f"-o {output}: expected a name that ends in .html")
         if len(inputs) == 1:  # a comparison draws no machine
             require_package("jupyter_threejs_sage", "-o", "report")
     read = []
