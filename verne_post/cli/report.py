@@ -52,8 +52,6 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
     suffix = "" if static is None else expect_picture(files, static, "--static")
     if output is not None:
         files.expect_writing(output, "-o")
-        if output.suffix.lower() not in _PAGES:
-            raise click.UsageError(f"-o {output}: expected a name that ends in .html")
         if len(inputs) == 1:  # a comparison draws no machine
             require_package("jupyter_threejs_sage", "-o", "report")
     read = []
@@ -62,6 +60,8 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
             read.append((show_name(input_name), *read_program(files, input_name, given)))
         except InputError as error:
             return refuse(show_name(input_name), error)
+    if output is not None and output.suffix.lower() not in _PAGES:  # a file that is read has been told by its option
+        raise click.UsageError(f"-o {output}: expected a name that ends in .html")
 
     from verne_post.output.findings import format_outcome
     from verne_post.report import picture
