@@ -49,6 +49,7 @@ def test_settings_group_rows_and_radians_are_taken():
         (f"{HEADER}\n", 1, "no row of values"),
         (HEADER.replace("x_mm", "x") + f"\n{ROW}\n", 1, "column 'x' is not known; did you mean x_mm?"),
         (f"{HEADER},x_m\n{ROW},1\n", 1, "column 'x_m' is not known; did you mean x_mm?"),
+        (f"{HEADER}\n{ROW}\n".replace("x_mm", "x_inch"), 1, "column 'x_inch' is not known; did you mean x_mm?"),
         ("rho1_mm,rho2_mm,x_mm,y_mm,z_mm\n1,2,3,4,5\n", 1, "column rho3_mm is missing"),
         (f"{HEADER},x_mm\n{ROW},1\n", 1, "column x_mm appears twice"),
         (f"{HEADER},alpha_deg,alpha_rad\n{ROW},1,1\n", 1, "both alpha_deg and alpha_rad"),

@@ -119,7 +119,7 @@ def test_columns_of_other_names(rows: np.ndarray, run: Callable[..., Any]) -> No
         ("", (), "the log is empty"),
         ("x,y\n1,2\n", (), "no column rho1_mm or rho1 for rho1; say which with --columns"),
         ("1 2 3\n", (), "3 columns without a header; expected 5"),
-        ("1 2 3 4 5\n1 2 overrun 4 5\n", (), "log:2: VP020 error: 'overrun' is not a finite number"),
+        ("1 2 3 4 5\n1 2 overrun 4 5\n", (), "log:2: VP020 error: value 3, 'overrun', is not a finite number"),
         ("0 1 2 3 4 5\n2 1 2 3 4 5\n", (), "samples are missing after number 0"),
         ("1 2 3 4 5\n", ("--columns", "b=1"), "'b' is no joint"),
         ("1 2 3 4 5\n", ("--columns", "rho1"), "expected JOINT=NAME"),

@@ -195,13 +195,25 @@ def test_what_cannot_be_compared_is_named(floor, run, words, code, says):
     assert says in answer.err
 
 
+def test_another_part_is_no_clear_one(floor, run):
+    """A part 30 mm beside the cut was "clear of gouges", without a warning."""
+    Path("part.stl").write_bytes(plate(z=-30.0))
+    answer = run(*JUDGE, "--grid", "1")
+    assert answer.code == 0
+    assert answer.err.count("VP219 warning: no cutter comes within 2 mm of part.stl: all of its surface is uncut") == 1
+    Path("shapes.toml").write_text("[1]\ndiameter = 8\n", encoding="utf-8")
+    answer = run(*JUDGE)
+    assert answer.err.count("VP504") == 1
+    assert "1 is not a key of a file of tool shapes; write [tool.1]" in answer.err
+
+
 def test_a_tool_without_a_shape_is_refused(floor, run):
     Path("shapes.toml").write_text(SHAPES.replace("tool.1", "tool.2"), encoding="utf-8")
     answer = run(*JUDGE)
     assert answer.code == 2
     assert "VP018 error: tool 1: its shape is not known; give it with --tool-shapes" in answer.err
     assert str(report_missing_shape(100_001, 'tool "M"')).startswith('tool "M": its shape is not known; ')
-    assert "[tool.100001] cutter" in str(report_missing_shape(100_001, 'tool "M"'))
+    assert "tool.100001.cutter = {" in str(report_missing_shape(100_001, 'tool "M"'))
     Path("shapes.toml").write_text(SHAPES.replace("diameter = 8.0", "diameter = 10.0"), encoding="utf-8")
     answer = run(*JUDGE)
     assert "its cutter in --tool-shapes is 10 mm thick, but its diameter in the tool table is 8" in answer.err

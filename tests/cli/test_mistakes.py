@@ -134,7 +134,14 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),
         (("wrods", "--help"), "wrods: no such file, and no command; verne-post --help lists the commands"),
-        (("convert", "p.nc", "-o", "f.xlsx"), "-o f.xlsx: the file would be csv in spite of its name"),
+        (("convert", "p.nc", "-o", "f.xlsx"), "the file would be csv in spite of its name; write -o f.csv"),
+        (("report", "p.nc", "-o", "f.pdf"), "-o f.pdf: expected a name that ends in .html"),
+        (("p.nc", "--against", "p.nc"), "No such option '--against'; verify and machined have it."),
+        (("p.nc", "--simulate", "x"), "No such option '--simulate'; machine calibrate has it."),
+        (("convert", "."), ".: is a folder; check and batch take folders"),
+        (("p.nc", *PLACE[2:], "--tool-table", "p.nc"), "no other line is that of a tool either: is this a tool table?"),
+        (("setup", "t.tbl"), "t.tbl is no NC program: .tbl is a tool table"),
+        (("setup", "p.nc", "-o", "t.tbl"), "t.tbl is there already, and is not the set-up that is read (none)"),
         (("--machine", "serial", "chek", "p.nc"), "chek: no such file, and no command; did you mean check?"),
         (("--machine", "serial"), "Missing argument 'INPUT'"),
         (("-q",), "Missing argument 'INPUT'"),
@@ -168,6 +175,7 @@ def test_likely_mistakes(
     Path("low.nc").write_text(GOOD.replace("G1 X9", "G1 Z-5"))
     Path("far.nc").write_text(GOOD.replace("G1 X9", "G1 Z690"))
     Path("axes.csv").write_text("t_s,rho1_mm\n")
+    Path("t.tbl").write_text("T1 Z80")
     Path("picture.png").write_bytes(b"\x89PNG\0\0")
     before = sorted(path.name for path in tmp_path.iterdir())
     answer = run(*words)

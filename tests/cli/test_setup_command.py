@@ -733,7 +733,11 @@ def test_the_command_that_a_refusal_names_can_be_pasted(
     assert "give --wcs G55=X,Y,Z" in refused
     assert run(*shlex.split(named[0])).code == 0
     assert (tmp_path / "part 1 ü.nc.toml").exists()
-    assert "INPUT.toml" in run("check", "-", stdin=program.read_bytes()).out  # standard input has no name
+    piped = run("check", "-", stdin=program.read_bytes()).out  # standard input has no name, and no set-up beside it
+    assert "which verne-post setup - -o FILE.toml writes" in piped
+    assert "INPUT" not in piped
+    assert run("setup", "-", "-o", "FILE.toml", stdin=program.read_bytes()).code == 0
+    assert "FILE.toml gives no" in run("check", "-", "--setup", "FILE.toml", stdin=program.read_bytes()).out
 
 
 def test_json_says_which_keys_settle_a_finding(run: Run, tmp_path: Path) -> None:

@@ -214,7 +214,8 @@ def test_what_cannot_be_read_or_meant_is_refused(text: str, code: str, said: str
         convert(text)
     [item] = refused.value.findings
     assert item.code == code
-    assert said in item.message
+    place = f"{item.file}:{item.file_line}: " if item.file else ""
+    assert said in place + item.message
 
 
 def test_a_file_that_includes_itself_ends() -> None:

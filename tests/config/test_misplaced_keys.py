@@ -14,6 +14,10 @@ from verne_post.model.part_setup import Tool
     [
         ('dialect = "fanuc"', "dialect belongs into [options]"),
         ("tool_length = 80", "tool_length belongs into [options]"),
+        ("tolerence = 0.02", "tolerance belongs into [options]"),
+        ('tool-table = "t.tbl"', "tool_table belongs into the set-up PROGRAM.toml"),
+        ('[options]\ntool-table = "t.tbl"', "tool_table belongs into the set-up PROGRAM.toml"),
+        ("[options]\ntool-length = 80", "did you mean tool_length?"),
         ('fail_level = "warning"', "fail_level belongs into [check]"),
         ('[options]\nfail_level = "warning"', "fail_level belongs into [check]"),
         (

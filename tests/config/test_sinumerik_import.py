@@ -181,7 +181,8 @@ def test_refused(kind: str, old: str, new: str, code: str, why: str) -> None:
     with pytest.raises(InputError) as refused:
         convert(text.replace(old, new, 1))
     (item,) = refused.value.findings
-    assert (item.code, why in item.message) == (code, True), item.message
+    place = f"{item.file}:{item.file_line}: " if item.file else ""
+    assert (item.code, why in place + item.message) == (code, True), item.message
 
 
 @pytest.mark.parametrize(
@@ -197,7 +198,8 @@ def test_refused_carriers(old: str, new: str, code: str, why: str) -> None:
     with pytest.raises(InputError) as refused:
         convert(write_data("M", carrier=True).replace(old, new, 1))
     (item,) = refused.value.findings
-    assert (item.code, why in item.message) == (code, True), item.message
+    place = f"{item.file}:{item.file_line}: " if item.file else ""
+    assert (item.code, why in place + item.message) == (code, True), item.message
 
 
 def test_a_pair_that_no_machine_file_holds_is_refused(run: Callable[..., Any], tmp_path: Path) -> None:

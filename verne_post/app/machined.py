@@ -244,8 +244,8 @@ def report_missing_shape(number: int, name: str) -> InputError:
     """VP018: what cuts is not known of a tool, which messages call ``name``."""
     own = f", the number of {name} here (number of [tools] in the set-up gives another)"
     text = (
-        f"{name}: its shape is not known; give it with --tool-shapes: [tool.{number}] cutter = {{ diameter, length, "
-        f"corner_radius }}{own if number >= FIRST_NAMED_TOOL else ''}"
+        f"{name}: its shape is not known; give it with --tool-shapes: tool.{number}.cutter = {{ diameter = MM, "
+        f"length = MM, corner_radius = MM }}{own if number >= FIRST_NAMED_TOOL else ''}"
     )
     return make_input_error("VP018", text)
 

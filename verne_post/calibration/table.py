@@ -77,8 +77,9 @@ def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], opt
         raise make_input_error("VP502", text, line=line)
     mistakes, strange, meant = [], [], set()
     for column, name in enumerate(header):
-        without_unit = [key for key in known if key in [name + unit for unit in _UNITS]]
-        close = [] if name in known else without_unit or difflib.get_close_matches(name, known, n=1)
+        close = [] if name in known else difflib.get_close_matches(name, known, n=1)
+        stem = f"{name.partition('_')[0]}_"  # x_inch is x_mm in a wrong unit
+        close = close or [one for one in needed if name not in known and one not in header and one.startswith(stem)]
         if close:
             meant.add(close[0])
             text = f"column {name!r} is not known; did you mean {close[0]}?"
@@ -90,7 +91,7 @@ def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], opt
     if strange:
         columns = f"column {strange[0]} is" if len(strange) == 1 else f"columns {join_names(strange)} are"
         mistakes.append(make_finding("VP502", f"{columns} not known; known are {', '.join(known)}", line=line))
-    missing = [name for name in needed if name not in header and name not in meant]
+    missing = [name for name in needed if name not in (*header, *meant)]  # a misspelt one is told above
     if missing:
         columns = f"column {missing[0]} is" if len(missing) == 1 else f"columns {join_names(missing)} are"
         text = f"{columns} missing in the header; expected {', '.join(needed)}"

@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 
 #: Endings of documents, which are no programs.
-_NO_PROGRAMS = frozenset((".md", ".rst", ".html", ".htm", ".pdf", ".docx"))
+_NO_PROGRAMS = dict.fromkeys((".md", ".rst", ".html", ".htm", ".pdf", ".docx"), "a document") | {
+    ".tbl": "a tool table",
+    ".toml": "a machine file, a set-up or settings",
+}
 #: A text of more bytes is not held in memory.
 LONG_TEXT = 1 << 22
 
@@ -132,8 +135,9 @@ def read_program_text(
     from verne_post.model.findings import UsageError, make_input_error
     from verne_post.output.commands import find_run
 
-    if Path(name).suffix.lower() in _NO_PROGRAMS:
-        text = f"{show_name(name)} is no NC program: {Path(name).suffix} is a document; name a program (.nc, .mpf, .h)"
+    kind = _NO_PROGRAMS.get(Path(name).suffix.lower())
+    if kind is not None:
+        text = f"{show_name(name)} is no NC program: {Path(name).suffix} is {kind}; name a program (.nc, .mpf, .h)"
         raise make_input_error("VP022", text)
     source = _read_text(files, name, options.max_megabytes)
     check_source_text(source, show_name(name))

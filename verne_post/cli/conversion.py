@@ -84,10 +84,9 @@ class Outputs(Struct, frozen=True):
         """
         check_format(self.file_format)
         if self.rows is not None and self.rows.suffix.lower() in _NO_ROWS:
-            text = (
-                f"-o {self.rows}: the file would be {self.file_format} in spite of its name; name it as its format is"
-            )
-            raise click.UsageError(text)
+            kind = self.file_format
+            name = self.rows.with_suffix(".csv" if kind == DEFAULT_FORMAT else f".{kind}")
+            raise click.UsageError(f"-o {self.rows}: the file would be {kind} in spite of its name; write -o {name}")
         if self.events is not None and self.events.suffix.lower() not in _EVENT_SUFFIXES:
             raise click.UsageError(
                 f"--events {self.events}: expected a name that ends in {' or '.join(_EVENT_SUFFIXES)}"

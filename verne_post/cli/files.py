@@ -422,6 +422,8 @@ def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
         why = "is closed" if is_dash(name) and error.errno == errno.EBADF else error.strerror or error
         if error.errno == errno.ENOENT and what == PROGRAM:
             why = _describe_missing(str(name))
+        elif error.errno == errno.EISDIR:
+            why = "is a folder" + ("; check and batch take folders" if what == PROGRAM else "")
         shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)
         raise Unreadable(f"{shown}: {why}") from None
 

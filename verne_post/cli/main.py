@@ -17,7 +17,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from verne_post import __version__
-from verne_post.base.printable import make_lines_printable, make_printable
+from verne_post.base.printable import join_names, make_lines_printable, make_printable
 from verne_post.cli.arithmetic import set_environment
 from verne_post.cli.files import FileError
 from verne_post.cli.streams import drop, echo, prepare_streams
@@ -155,6 +155,23 @@ def cli() -> None:
     """
 
 
+def _name_owners(error: click.NoSuchOption) -> click.NoSuchOption:
+    """An option that a command lacks, with the commands that have it in place of names that look like it."""
+    owners = []
+    for name in COMMANDS:
+        command = cli.get_command(click.Context(cli), name)
+        inner = command.commands if isinstance(command, click.Group) else {"": command}
+        owners += [
+            f"{name} {word}".strip()
+            for word, one in inner.items()
+            if one is not None and any(error.option_name in known.opts for known in one.params)
+        ]
+    if not owners:
+        return error
+    text = f"No such option {error.option_name!r}; {join_names(owners)} {'has' if len(owners) == 1 else 'have'} it."
+    return click.NoSuchOption(error.option_name, text, ctx=error.ctx)
+
+
 def _describe_failure(error: OSError) -> str:
     """What the system refused: the file by its name, a limit of the process, or else standard output."""
     if error.filename is not None:
@@ -204,7 +221,7 @@ def main(arguments: list[str]) -> int:
         return ExitStatus.INTERRUPTED
     except click.ClickException as error:
         shown = io.StringIO()
-        error.show(shown)
+        (_name_owners(error) if isinstance(error, click.NoSuchOption) else error).show(shown)
         echo(make_lines_printable(shown.getvalue().replace("\n\t", "\n  ")), nl=False, err=True)
         return ExitStatus.UNUSABLE
     except FileError as error:

@@ -13,6 +13,9 @@ from verne_post.cli.pictures import expect_picture, require_package
 from verne_post.cli.progress import show_progress
 from verne_post.model.verdict import find_exit_status, find_gravest
 
+#: Endings of a page; a device has none.
+_PAGES = ("", ".html", ".htm")
+
 
 @click.command("report", cls=GroupedCommand, short_help="Write one page: verdict, machine, path, time, set-up sheet.")
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT [INPUT]")
@@ -57,6 +60,8 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
             read.append((show_name(input_name), *read_program(files, input_name, given)))
         except InputError as error:
             return refuse(show_name(input_name), error)
+    if output is not None and output.suffix.lower() not in _PAGES:  # a file that is read has been told by its option
+        raise click.UsageError(f"-o {output}: expected a name that ends in .html")
 
     from verne_post.output.findings import format_outcome
     from verne_post.report import picture
@@ -82,5 +87,6 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
     if not quiet:
         written = " and ".join(show_name(str(path)) for path in (output, static) if path is not None)
         outcomes = "; ".join(format_outcome(name, seen.findings, 0, machine) for name, _source, machine, seen in found)
-        say(f"{outcomes}; {written} shows {'it' if len(found) == 1 else 'both'}\n")
+        show = "shows" if output is None or static is None else "show"
+        say(f"{outcomes}; {written} {show} {'it' if len(found) == 1 else 'both'}\n")
     return find_gravest(find_exit_status(studied.findings) for *_program, studied in found)

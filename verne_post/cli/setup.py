@@ -129,8 +129,9 @@ def _choose_output(program: str, output: Path | None, base: Path | None) -> Path
     if is_dash(output) or not output.exists():
         return output
     if base is None or not base.exists() or not output.samefile(base):
-        why = "--setup none leaves it out" if base is None else f"{base} is the set-up that is read"
-        raise click.UsageError(f"{output} is there already, and {why}; -o - prints what would be written")
+        beside = output.resolve() == Path(f"{program}.toml").resolve()
+        why = "--setup none leaves it out" if beside else f"is not the set-up that is read ({base or 'none'})"
+        raise click.UsageError(f"{output} is there already, and {why}; choose another name, or -o - to print it")
     return base
 
 

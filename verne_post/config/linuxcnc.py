@@ -139,7 +139,7 @@ def _find_kinematics(ini: IniFile) -> tuple[str, str]:
     if component not in _KINEMATICS:
         known = ", ".join(_KINEMATICS)
         why = _REFUSED.get(component, "no kinematics whose meaning is known here")
-        raise make_input_error("VP508", f"{found[1]}: KINEMATICS = {component}: {why}; imported are {known}")
+        raise refuse_value(found[1], f"KINEMATICS = {component}: {why}; imported are {known}", "VP508")
     coordinates = _KINEMATICS[component].coordinates
     for parameter in parameters:
         key, _equals, value = parameter.partition("=")

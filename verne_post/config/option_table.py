@@ -63,7 +63,8 @@ def find_wrong_options(
                 f"options: the options of {kind} belong at its top; delete the line [options], a table of settings"
             )
         elif name not in allowed:
-            hint = f"; {elsewhere[name.lower()]}" if name.lower() in elsewhere else _suggest(name, [*allowed, *others])
+            word = name.lower().replace("-", "_")
+            hint = f"; {elsewhere[word]}" if word in {*elsewhere} - {*allowed} else _suggest(name, [*allowed, *others])
             found.append(f"{name}: this is no option of {kind}{hint}")
         else:
             try:

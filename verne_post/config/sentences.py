@@ -114,7 +114,9 @@ def _find_mistakes_of_table(
             nearest = find_meant(key, [one for one in known if one not in data], known)
             keys = f"; did you mean {nearest}?" if nearest else f"; {_list_keys(schema)}" if place else ""
             known_places = {**elsewhere, **schema.elsewhere}
-            keys = f"; {known_places[key.lower()]}" if key.lower() in known_places else keys
+            word = key.lower().replace("-", "_")
+            word = word if word in known_places or nearest else find_meant(word, known_places, slip_alone=True)
+            keys = f"; {known_places[word]}" if word in known_places else keys
             found.append((here, f" is not a key of {kind_of_file}{keys}"))
             meant.add(nearest)
             continue

@@ -33,7 +33,7 @@ from verne_post.config.toml_text import (
     write_end,
     write_joint,
 )
-from verne_post.model.findings import InputError, make_finding, make_input_error
+from verne_post.model.findings import InputError, make_finding
 
 _LINE: Final = re.compile(
     r"\s*(?:N\d+\s+)?\$(?P<name>\w+)\s*(?:\[(?P<index>[^\]]*)\])?\s*=\s*(?P<value>\"[^\"]*\"|[^\s;']+)"
@@ -189,7 +189,7 @@ def convert_sinumerik(raw: bytes, name: str) -> ImportedMachine:
 
 
 def _refuse_kinematics(where: str, text: str) -> InputError:
-    return make_input_error("VP508", f"{where}: {text}")
+    return refuse_value(where, text, "VP508")
 
 
 # --- which kinematics -----------------------------------------------------------------------------------------

@@ -182,9 +182,12 @@ def _name_beginning(text: str, message: str) -> str:
     return f"{message.removesuffix(_AT_END)}: what begins here is open up to the end of the file {place}"
 
 
-def refuse_value(where: str, text: str) -> InputError:
-    """VP507: what stands at a place of the file of a control cannot be taken."""
-    return make_input_error("VP507", f"{where}: {text}")
+def refuse_value(where: str, text: str, code: str = "VP507") -> InputError:
+    """What stands at a place of the file of a control, FILE or FILE:LINE, cannot be taken."""
+    file, _colon, line = where.rpartition(":")
+    if line.isdecimal():
+        return make_input_error(code, text, file=file, file_line=int(line))
+    return make_input_error(code, f"{where}: {text}")
 
 
 class ImportedMachine(Struct, frozen=True):

@@ -73,6 +73,8 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
     """
     try:
         data = read_toml(raw)
+        if "tool" not in data and (numbers := [key for key in data if is_count(key)]):
+            raise ValueError(f"{numbers[0]} is not a key of a file of tool shapes; write [tool.{numbers[0]}]")
         file = check_table(ShapesFile, data, "a file of tool shapes")
     except WrongTableError as error:
         raise InputError(*(make_finding("VP504", f"{name}: {text}") for text in error.sentences)) from None

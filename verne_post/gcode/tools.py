@@ -41,6 +41,9 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
         if tool.number in tools:
             errors.append(make_finding("VP019", f"{name}:{number}: tool T{tool.number} appears twice in the table"))
         tools[tool.number] = tool
+    if len(errors) > 1 and not tools:  # one cause: another kind of file
+        first = f"{errors[0].message}; no other line is that of a tool either: is this a tool table?"
+        errors = [make_finding("VP019", first, column=errors[0].column)]
     if errors:
         raise InputError(*errors)
     return tools

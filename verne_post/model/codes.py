@@ -689,7 +689,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "excess left on the part",
         "warning",
         "More material than --excess, or excess_mm of a set-up's [part], stays on a facet of the "
-        "nominal part that the cutter came near.",
+        "nominal part that the cutter came near. Or no cutter comes near any facet of it.",
         "Use a smaller stepover or a smaller cutter at the line of the message.",
     ),
     (

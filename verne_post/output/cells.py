@@ -42,13 +42,12 @@ def describe_first_wrong(
             if separator == "," and len(row.split(";")) == width:
                 text = "this row has semicolons between its values; write commas in place of them"
             return make_input_error("VP020", text, file=name, file_line=number)
-        for cell in cells:
+        for at, cell in enumerate(cells, start=1):
             try:
                 good = bool(np.isfinite(float(cell)))
             except ValueError:
                 good = False
             if not good:
-                return make_input_error(
-                    "VP020", f"{cell.strip()!r} is not a finite number", file=name, file_line=number
-                )
+                text = f"value {at}, {cell.strip()!r}, is not a finite number"
+                return make_input_error("VP020", text, file=name, file_line=number)
     return None

@@ -295,6 +295,10 @@ def _name_program(remedy: str, program: str, run: Run) -> str:
     words["INPUT.toml"] = "the set-up" if setup_file == "<stdin>" else setup_file or f"{words['INPUT']}.toml"
     into = ("-o", shlex.quote(setup_file)) if setup_file not in ("", "<stdin>") else ()
     words["verne-post setup INPUT"] = run.spell("setup", "INPUT" if program == "<stdin>" else program, "", *into)
+    if program == "<stdin>" and not setup_file and "INPUT.toml" in remedy:  # without a name, no file beside it is read
+        words["INPUT.toml"] = "FILE.toml"
+        words["verne-post setup INPUT"] = run.spell("setup", "-", "", "-o", "FILE.toml")
+        remedy += " Give it with --setup FILE.toml."
     if into and "setup INPUT" in remedy and Path(setup_file).name != f"{Path(program).name}.toml":
         remedy += f" If {setup_file} belongs to another program, leave it; without --setup, setup writes a new one."
     return make_printable(re.sub(r"verne-post setup INPUT|INPUT\.toml|INPUT", lambda found: words[found[0]], remedy))

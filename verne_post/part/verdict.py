@@ -131,6 +131,12 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
         )
         excess.append(Spot(found, place, find_tip(judged, nearest, worst)))
     findings = _shorten([one.finding for one in spots]) + _shorten([one.finding for one in excess])
+    if not len(gouges.depth) and np.isnan(comparison.deviation).all():  # "clear" alone would be said of any other part
+        text = (
+            f"no cutter comes within {wanted.search:g} mm of {mesh.name}: all of its surface is uncut; if the program "
+            "should cut it, correct the file, its unit, its system or the work offset"
+        )
+        findings.append(make_finding("VP219", text, value=wanted.search, limit=wanted.excess, unit="mm"))
     open_facets = np.flatnonzero(comparison.state == UNDECIDED)
     if len(open_facets):
         deepest = float(comparison.deepest[open_facets].max())
