@@ -166,8 +166,8 @@ class Flow:
         if not NAME.fullmatch(word):
             return line == self.calls.frame.section.first or _LIKE_HEADER.match(word) is not None
         name = word.removeprefix("_N_").removesuffix("_SPF").removesuffix("_MPF")
-        known = (*self.library.list_names(), *self.executor.setup.remap)
-        return line == self.calls.frame.section.first and not {word, name} & {*known}
+        names = (*self.library.list_names(), *self.executor.setup.remap)
+        return line == self.calls.frame.section.first and not {word, name} & {*names}
 
     def _execute(self, cursor: Cursor, line: int) -> None:
         symbol = cursor.skip()
