@@ -127,6 +127,13 @@ def test_a_misspelt_for_leaves_no_end_without_partner(
     assert (mended, settles) == (program.replace("NR=1", "NR = 1"), True)
 
 
+def test_the_cycle_whose_key_is_beside_is_named(inspector: Inspector, tmp_path: Path) -> None:
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", PROGRAM.replace("N120 TRAFOOF", "CYCLE809()"), SETUP)
+    assert message.endswith("; CYCLE800 may be meant, whose key is beside")
+    right = PROGRAM.replace("N120 TRAFOOF", "CYCLE800()")
+    assert [made_text[1:] for made_text in made.values()] == [(right, False)]
+
+
 DRILLING = """N10 G17 G54 G90 G94 G710
 N20 T="MILL" D1
 N30 M6

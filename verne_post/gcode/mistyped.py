@@ -257,7 +257,7 @@ def _name_linear_axis(item: Finding, text: str) -> Finding:
     )
 
 
-def _turns_once(source: Text) -> bool:
+def _has_lone_turn(source: Text) -> bool:
     """Whether one word alone turns a rotary axis of a program without TRAORI."""
     return sum(1 for _one in islice(_ANGLE.finditer(source), 2)) == 1
 
@@ -266,7 +266,7 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     raw = None if item.line is None else take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
     if (item.code in ("VP017", "VP026") and dialect in _BLOCKS and _TURN_ON_CONTOUR.search(item.message)) or (
-        item.code == "VP017" and dialect == "siemens" and _LONE_TURN in item.message and _turns_once(source)
+        item.code == "VP017" and dialect == "siemens" and _LONE_TURN in item.message and _has_lone_turn(source)
     ):
         return _name_linear_axis(item, remove_remarks(text, dialect))
     if dialect in _BLOCKS and text and (slip := explain_slip(source, text, item, dialect)) is not None:

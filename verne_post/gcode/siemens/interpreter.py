@@ -25,7 +25,7 @@ from verne_post.gcode.siemens.frame_words import SiemensFrameWords
 from verne_post.gcode.siemens.modes import ARC_FEEDS, Modes
 from verne_post.gcode.siemens.motion import DIRECTIONS, SiemensMotion
 from verne_post.gcode.siemens.places import SiemensPlaces
-from verne_post.gcode.siemens.slips import offer_code
+from verne_post.gcode.siemens.slips import propose_code
 from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
@@ -296,7 +296,7 @@ class SiemensInterpreter:
             except ProgramError as error:
                 if len(places) == 1 and words.groups and words.find_code("motion") is None:
                     word = words.words[AXES[next(iter(places))]]
-                    offer_code(error, word.name, word.value, word.column)
+                    propose_code(error, word.name, word.value, word.column)
                 raise
         else:
             if vector is not None:

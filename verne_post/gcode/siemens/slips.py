@@ -262,26 +262,26 @@ def find_letter_of_digit(cursor: Cursor, at: int) -> ProgramError | None:
         if has_digit or is_beside or re.search(r"[A-Z]\d", cursor.text[match.end() :], re.IGNORECASE):
             right = f"{match[1]}{match[2]}{match[3].upper().translate(_DIGITS_ABOVE)}{match[4]}"
             error = cursor.error("VP001", f"{match[0]}: the letter {match[3]} in a number", match.start())
-            return offer_key_beside(error, match[0], right)
+            return propose_key_beside(error, match[0], right)
     return None
 
 
-def offer_key_beside(error: ProgramError, wrong: str, right: str) -> ProgramError:
+def propose_key_beside(error: ProgramError, wrong: str, right: str) -> ProgramError:
     """An error of a word that may be meant for another one, by the key beside that of one of its characters."""
     error.message += f"; {right}{MAY_BE_MEANT}, whose key is beside"
     error.edits += (Remedy(f"write {right}", right, misspelt=wrong, is_choice=True),)
     return error
 
 
-def offer_feed(error: ProgramError, cursor: Cursor, at: int) -> None:
+def propose_feed(error: ProgramError, cursor: Cursor, at: int) -> None:
     """Say in the error of R300 without a value that it may be F300, unless the block has an F."""
     word = re.compile(r"R(\d+)(?=[ \t]*(?:$|[A-Z]))", re.IGNORECASE).match(cursor.text, at)
     if word is not None and word[1].strip("0") and "F" not in cursor.text.upper():
         error.edits = ()
-        offer_key_beside(error, word[0], f"F{word[1]}")
+        propose_key_beside(error, word[0], f"F{word[1]}")
 
 
-def offer_code(error: ProgramError, name: str, value: float, column: int) -> None:
+def propose_code(error: ProgramError, name: str, value: float, column: int) -> None:
     """Say in the error of a motion without F (VP009) that its only place, as Y54, may be a G function."""
     code = f"G{value:g}"
     if error.code == "VP009" and name in _BESIDE_G and code in (*GROUP_OF, *NO_EFFECT):

@@ -26,8 +26,8 @@ from verne_post.gcode.siemens.slips import (
     explain_signed_count,
     find_letter_of_digit,
     find_lost_bracket,
-    offer_feed,
-    offer_key_beside,
+    propose_feed,
+    propose_key_beside,
     refuse_l,
     refuse_no_value,
     refuse_no_word,
@@ -387,7 +387,7 @@ class WordReader:
                 text += f"; did you mean {near}?" if near else ""
             error = cursor.error("VP002", text, at)
             if _LONG_NUMBER.fullmatch(name) and name[-1] == "9" and f"{name[:-1]}0" in CYCLES:
-                offer_key_beside(error, cursor.text[at : at + len(name)], f"{name[:-1]}0")
+                propose_key_beside(error, cursor.text[at : at + len(name)], f"{name[:-1]}0")
             raise error
         elif name in CYCLES or self.is_subprogram(name):
             words.calls.append(Call(name, arguments, at + 1))
@@ -418,7 +418,7 @@ class WordReader:
             letter_of_digit = find_letter_of_digit(cursor, at) if is_in_number else None
             error = letter_of_digit or _refuse_missing_equals(name, cursor, at)
             if number not in self.variables.r and letter_of_digit is None:
-                offer_feed(error, cursor, at)
+                propose_feed(error, cursor, at)
             self.variables.r.setdefault(number, 0.0)  # nothing more of it
             raise error
         elif _LETTER_NUMBER.match(cursor.text, at) and (len(name) == 1 or name[1].isdigit()):
