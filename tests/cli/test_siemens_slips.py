@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
 from tests.cli.test_quick_fixes import NEVER, inspector, look
+from verne_post.cli.lsp.fixes import find_fixes
 from verne_post.cli.lsp.inspector import Inspector
 
 __all__ = ["inspector"]
@@ -72,6 +73,93 @@ def test_a_slip_is_marked_and_its_edit_gives_the_program_back(
     assert said in message
     assert wrong.startswith(marked.split()[0]) or marked.split()[0] in wrong
     assert (PROGRAM, True) in [made_text[1:] for made_text in made.values()]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("N140 WHILE", "N140W HILE", "a blank is in the word; did you mean WHILE?"),
+        ('N20 T="MILL"', 'N2 0T="MILL"', "a blank and a digit have changed places"),
+        ("WHILE R1", "WHIKE R1", "did you mean WHILE?"),
+    ],
+)
+def test_a_slip_that_can_mean_one_thing_alone_is_one_finding(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", PROGRAM.replace(right, wrong), SETUP)
+    assert said in message
+    ((_path, mended, settles),) = made.values()
+    assert (mended.replace(" ", ""), settles) == (PROGRAM.replace(" ", ""), True)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("X-10 A3", "X-q0 A3", "the letter q in a number"),
+        ("Y-15 Z40", "Y-15 Z4p", "the letter p in a number"),
+        ("N180 F200", "N180 R200", "an = and its new value are missing"),
+        ("Z6.1 F800", "Z6.1 R800", "an = and its new value are missing"),
+        ("G54 G90", "Y54 G90", "Y54: G54 may be meant"),
+    ],
+)
+def test_the_key_beside_is_offered_and_not_preferred(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    assert PROGRAM.count(right) == 1
+    path = tmp_path / "a.mpf"
+    text = PROGRAM.replace(right, wrong)
+    found = inspector.check(path, {path: text, Path(f"{path}.toml"): SETUP}, NEVER)
+    item = next(one for one in found.findings if one.severity == "error")
+    assert said in item.message
+    made = find_fixes(inspector, found, item, {path: text, Path(f"{path}.toml"): SETUP}, NEVER)
+    texts = [(f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}", fix.settles) for fix in made if fix.text]
+    assert texts == [(PROGRAM, False)]
+
+
+@pytest.mark.parametrize(("wrong", "said"), [("FPR", "did you mean FOR?"), ("F OR", "a blank is in the word")])
+def test_a_misspelt_for_leaves_no_end_without_partner(
+    inspector: Inspector, tmp_path: Path, wrong: str, said: str
+) -> None:
+    program = PROGRAM.replace("N130 R1=2", "DEF INT NR\nN130 R1=2\nFOR NR=1 TO 2\nENDFOR")
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", program.replace("FOR NR=1", f"{wrong} NR = 1"), SETUP)
+    assert said in message
+    ((_path, mended, settles),) = made.values()
+    assert (mended, settles) == (program.replace("NR=1", "NR = 1"), True)
+
+
+def test_the_cycle_whose_key_is_beside_is_named(inspector: Inspector, tmp_path: Path) -> None:
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", PROGRAM.replace("N120 TRAFOOF", "CYCLE809()"), SETUP)
+    assert message.endswith("; CYCLE800 may be meant, whose key is beside")
+    right = PROGRAM.replace("N120 TRAFOOF", "CYCLE800()")
+    assert [made_text[1:] for made_text in made.values()] == [(right, False)]
+
+
+DRILLING = """N10 G17 G54 G90 G94 G710
+N20 T="MILL" D1
+N30 M6
+N40 S1200 M3
+N50 G0 X0 Y0 Z40
+N60 G1 Z20 F300
+N70 X25
+N80 Y10
+N90 M30
+"""
+
+
+def test_the_only_turn_of_a_program_without_traori_may_be_the_key_beside(inspector: Inspector, tmp_path: Path) -> None:
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", DRILLING.replace("X25", "C25"), SETUP)
+    assert message.endswith("; or X25, if the key beside is meant")
+    assert (DRILLING, False) in [made_text[1:] for made_text in made.values()]
+    assert not any(settles for _path, _text, settles in made.values())
+
+
+def test_several_turns_without_traori_lack_it(inspector: Inspector, tmp_path: Path) -> None:
+    text = DRILLING.replace("X25", "C25").replace("N80 Y10", "N80 C10")
+    found = inspector.check(path := tmp_path / "a.mpf", {path: text, Path(f"{path}.toml"): SETUP}, NEVER)
+    item = next(one for one in found.findings if one.severity == "error")
+    assert "key beside" not in item.message
+    fixes = find_fixes(inspector, found, item, {path: text, Path(f"{path}.toml"): SETUP}, NEVER)
+    assert any(fix.settles for fix in fixes)
 
 
 def test_a_zero_before_m3_is_that_of_the_speed_or_of_the_code(inspector: Inspector, tmp_path: Path) -> None:

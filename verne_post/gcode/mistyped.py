@@ -7,6 +7,7 @@ did you mean TRAORI?". Editors change the one into the other, and a language goe
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import Final
 
 from verne_post.base.long_text import Text, take_line
@@ -132,6 +133,9 @@ _OPEN_BRACKET: Final = "the bracket is not closed on its line"
 _CLOSED_IN_REMARK: Final = re.compile(r";(?=[^()]*\))")
 #: A rotary axis of a compensated contour, its number, and the linear axis whose key is beside its own.
 _TURN_ON_CONTOUR: Final = re.compile(r"^[ABC] turns under|turn of the table under cutter compensation")
+#: A turn in a program without TRAORI, and angles of a program but for 0.
+_LONE_TURN: Final = "turn at a feed rate without TRAORI:"
+_ANGLE: Final = re.compile(rb"(?<![A-Z_$])[ABC][ \t]*=?[ \t]*[-+]?[0.]*[1-9]|(?<![A-Z_])TRAORI(?![A-Z])", re.IGNORECASE)
 _ROTARY_WORD: Final = re.compile(r"(?<![A-Z_#<])([AC])([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 _KEYS_OF_ROTARY: Final = {"A": "Z", "C": "X"}
 #: Errors of text that cannot be read.
@@ -253,10 +257,17 @@ def _name_linear_axis(item: Finding, text: str) -> Finding:
     )
 
 
+def _has_lone_turn(source: Text) -> bool:
+    """Whether one word alone turns a rotary axis of a program without TRAORI."""
+    return sum(1 for _one in islice(_ANGLE.finditer(source), 2)) == 1
+
+
 def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     raw = None if item.line is None else take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
-    if item.code in ("VP017", "VP026") and dialect in _BLOCKS and _TURN_ON_CONTOUR.search(item.message):
+    if (item.code in ("VP017", "VP026") and dialect in _BLOCKS and _TURN_ON_CONTOUR.search(item.message)) or (
+        item.code == "VP017" and dialect == "siemens" and _LONE_TURN in item.message and _has_lone_turn(source)
+    ):
         return _name_linear_axis(item, remove_remarks(text, dialect))
     if dialect in _BLOCKS and text and (slip := explain_slip(source, text, item, dialect)) is not None:
         if slip.edits:

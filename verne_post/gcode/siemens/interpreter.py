@@ -25,6 +25,7 @@ from verne_post.gcode.siemens.frame_words import SiemensFrameWords
 from verne_post.gcode.siemens.modes import ARC_FEEDS, Modes
 from verne_post.gcode.siemens.motion import DIRECTIONS, SiemensMotion
 from verne_post.gcode.siemens.places import SiemensPlaces
+from verne_post.gcode.siemens.slips import propose_code
 from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
@@ -290,7 +291,13 @@ class SiemensInterpreter:
             # F beside X and Y is for the drilling cycle that follows
             if kind == MoveKind.RAPID and 2 in places and "F" in words.words and words.find_code("motion") is None:
                 warn_of_idle_feed(self.core, block, words.words["F"].value)
-            self.motion.run_line(block, kind, places, vector)
+            try:
+                self.motion.run_line(block, kind, places, vector)
+            except ProgramError as error:
+                if len(places) == 1 and words.groups and words.find_code("motion") is None:
+                    word = words.words[AXES[next(iter(places))]]
+                    propose_code(error, word.name, word.value, word.column)
+                raise
         else:
             if vector is not None:
                 raise ProgramError(

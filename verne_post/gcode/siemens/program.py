@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, write_before
@@ -37,6 +37,7 @@ _STRUCTURE: Final = re.compile(
     re.IGNORECASE | re.MULTILINE,
 )
 _FIRST_WORD: Final = re.compile(_BEGINS + rb"([A-Z][A-Z0-9]*)(?![A-Z0-9_])", re.IGNORECASE | re.MULTILINE)
+_TWO_PARTS: Final = re.compile(rb"[A-Z]+[ \t]+[A-Z]+(?![A-Z0-9_])", re.IGNORECASE)
 _DIVIDED_END: Final = re.compile(rb"END[ \t]+(?:IF|FOR|WHILE|LOOP)(?![A-Z0-9_])", re.IGNORECASE)
 _LABEL: Final = re.compile(
     rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[-+]?[0-9OIL]+)?[ \t]*+([A-Z_][A-Z0-9_]*)[ \t]*+:(?!=)",
@@ -294,8 +295,8 @@ class SiemensText(ProgramText):
                 continue
             if word == "REPEAT" and rest.strip() and not rest.strip().startswith("/"):
                 continue  # REPEAT label
-            if word in _CLOSES and not _fits(open_words, word):
-                self._refuse_misspelt_begin(_CLOSES[word], open_words[-1][1] if open_words else 0, line)
+            if (word in _CLOSES or word == "ELSE") and not _fits(open_words, word):
+                self._refuse_misspelt_begin(_CLOSES.get(word, "IF"), open_words[-1][1] if open_words else 0, line)
             self._take(structure, open_words, word, line, match.start(1) - match.start() + 1)
         for word, begin, column in open_words:
             closing = _find_end(word)
@@ -309,12 +310,21 @@ class SiemensText(ProgramText):
         """Refuse (VP002) the first word of a line between two that is nearly the one which opens a structure."""
         for match in _FIRST_WORD.finditer(self.source):
             word = match[1].decode()
-            if word.upper() == opening or not find_meant(word.upper(), [opening], slip_alone=True):
+            code, what = "VP002", "no meaning in this language"
+            if opening.startswith(word.upper()) and word.upper() != opening:
+                two_words = _TWO_PARTS.match(self.source, match.start(1))
+                word = "" if two_words is None else two_words[0].decode()
+                code, what = "VP001", "a blank is in the word"
+            one_word = "".join(word.upper().split())
+            least = LETTERS_OF_FUNCTIONS  # the end that has no begin says that FPR is none but FOR
+            if word.upper() == opening or not (
+                one_word == opening or find_meant(one_word, [opening], slip_alone=True, least=least)
+            ):
                 continue
             line = 1 + self.source.count(b"\n", 0, match.start())
             if begin < line < end:
-                message = f"{word}: no meaning in this language; did you mean {opening}?"
-                raise ProgramError("VP002", message, match.start(1) - match.start() + 1, line=line)
+                message = f"{word}: {what}; did you mean {opening}?"
+                raise ProgramError(code, message, match.start(1) - match.start() + 1, line=line)
 
     def _find_misspelt_end(self, begin: int, closing: str) -> tuple[Remedy, ...]:
         """The first word of a line below that is nearly the end of a structure, as it is meant."""

@@ -47,6 +47,13 @@ _VALUES_OF_832: Final = 4
 _WORD_BEFORE_DIGIT: Final = re.compile(r"([A-Z][-+]?\d+)[ \t]$", re.IGNORECASE)
 #: A component of a tool axis, its sign, and the = that is missing between them, or stands behind the sign.
 _SIGNED_VECTOR: Final = re.compile(r"([ABC]3)([-+])(=?)(\d+\.?\d*|\.\d+)(?![\w.])", re.IGNORECASE)
+#: A number with a letter of the row below the digits on a keyboard; O looks like 0 itself.
+_LETTER_OF_DIGIT: Final = re.compile(
+    r"(?<![A-Z_$\d.=])([A-Z][-+]?)(\d{0,9}\.?\d{0,9})([QWERTYUIP])(\d{0,9}\.?\d{0,9})(?![\w.=(\[])", re.IGNORECASE
+)
+_DIGITS_ABOVE: Final = str.maketrans("QWERTYUIP", "123456780")
+#: Letters whose keys are beside that of G.
+_BESIDE_G: Final = "BFHTVY"
 #: Letters of a name that others may be glued to.
 _LEAST: Final = 3
 
@@ -112,6 +119,10 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
     is_code = right[0] in "Gg" and f"G{right[1:]}" not in (*GROUP_OF, *NO_EFFECT)
     if is_code or re.search(r"(?<![\d.])0$", value[0]):
         return cursor.error("VP001", message, at)
+    if right[0] in "Nn" and (name := NAME.match(text, number.end())) is not None and number[0].isdigit():
+        written_text, right = f"{written_text}{name[0]}", f"{right} {name[0]}"
+        message = f"{written_text}: a blank and a digit have changed places; did you mean {right}?"
+        return cursor.error("VP001", message, value.start())
     if right[0] in "NSFnsf":  # so that what the number was would be lost
         return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at)
     edits = (Remedy(f"write {right}", right, misspelt=written_text, is_choice=True),)
@@ -233,6 +244,50 @@ def explain_glued_value(name: str, text: str, at: int, is_variable: Callable[[st
         return ""
     written_text, end = text[at : at + len(name)], match.end(1)
     return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
+
+
+def find_letter_of_digit(cursor: Cursor, at: int) -> ProgramError | None:
+    """The error of a number with a letter whose key is below that of a digit, as YQ0 and X2w.5; None for others.
+
+    A name of two letters alone in its block may be a subprogram.
+    """
+    for match in _LETTER_OF_DIGIT.finditer(cursor.text, max(at - _LONGEST_NAME, 0), at + _LONGEST_NAME):
+        letter = match[1][0].upper()
+        has_digit = bool((match[2] + match[4]).strip("."))
+        is_beside = match[3].islower() and letter == match[1][0]
+        if not match.start() <= at < match.end() or letter not in (*ADDRESSES, "G", "M", "N"):
+            continue
+        if not match[2] and f"{match[1]}{match[3]}".upper() in ADDRESSES:  # CR10
+            continue
+        if has_digit or is_beside or re.search(r"[A-Z]\d", cursor.text[match.end() :], re.IGNORECASE):
+            right = f"{match[1]}{match[2]}{match[3].upper().translate(_DIGITS_ABOVE)}{match[4]}"
+            error = cursor.error("VP001", f"{match[0]}: the letter {match[3]} in a number", match.start())
+            return propose_key_beside(error, match[0], right)
+    return None
+
+
+def propose_key_beside(error: ProgramError, wrong: str, right: str) -> ProgramError:
+    """An error of a word that may be meant for another one, by the key beside that of one of its characters."""
+    error.message += f"; {right}{MAY_BE_MEANT}, whose key is beside"
+    error.edits += (Remedy(f"write {right}", right, misspelt=wrong, is_choice=True),)
+    return error
+
+
+def propose_feed(error: ProgramError, cursor: Cursor, at: int) -> None:
+    """Say in the error of R300 without a value that it may be F300, unless the block has an F."""
+    word = re.compile(r"R(\d+)(?=[ \t]*(?:$|[A-Z]))", re.IGNORECASE).match(cursor.text, at)
+    if word is not None and word[1].strip("0") and "F" not in cursor.text.upper():
+        error.edits = ()
+        propose_key_beside(error, word[0], f"F{word[1]}")
+
+
+def propose_code(error: ProgramError, name: str, value: float, column: int) -> None:
+    """Say in the error of a motion without F (VP009) that its only place, as Y54, may be a G function."""
+    code = f"G{value:g}"
+    if error.code == "VP009" and name in _BESIDE_G and code in (*GROUP_OF, *NO_EFFECT):
+        wrong, error.column = f"{name}{value:g}", column
+        error.message = f"{wrong}: {code}{MAY_BE_MEANT}, whose key is beside; as it stands: {error.message}"
+        error.edits = (Remedy(f"write {code}", code, misspelt=wrong, is_choice=True),)
 
 
 def refuse_remark(cursor: Cursor, at: int) -> ProgramError | None:

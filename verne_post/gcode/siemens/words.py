@@ -24,7 +24,10 @@ from verne_post.gcode.siemens.slips import (
     explain_function,
     explain_glued,
     explain_signed_count,
+    find_letter_of_digit,
     find_lost_bracket,
+    propose_feed,
+    propose_key_beside,
     refuse_l,
     refuse_no_value,
     refuse_no_word,
@@ -84,6 +87,8 @@ _SIGNED_NAME: Final = re.compile(r"([A-Za-z]\w*)[-+]([A-Za-z_$]\w*)")
 #: A text after two quotes.
 _QUOTED_TWICE: Final = re.compile(r'""[^"\s]+"')
 _SIGNED_NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])")
+#: What stands behind FOR.
+_COUNTS: Final = re.compile(r"[ \t]*[A-Z_]\w*[ \t]*=.*\bTO\b", re.IGNORECASE)
 #: A letter and a number that make one name: a G function of a group, or a subprogram.
 _CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
 #: Names of subprograms that may stand alone: a letter and a number are a word.
@@ -380,7 +385,10 @@ class WordReader:
             elif _SLIP_OF_CYCLE.fullmatch(name) and name not in REFUSED_WORDS:
                 near = f"{name}0" if f"{name}0" in CYCLES else find_meant(name, CYCLES, slip_alone=True)
                 text += f"; did you mean {near}?" if near else ""
-            raise cursor.error("VP002", text, at)
+            error = cursor.error("VP002", text, at)
+            if _LONG_NUMBER.fullmatch(name) and name[-1] == "9" and f"{name[:-1]}0" in CYCLES:
+                propose_key_beside(error, cursor.text[at : at + len(name)], f"{name[:-1]}0")
+            raise error
         elif name in CYCLES or self.is_subprogram(name):
             words.calls.append(Call(name, arguments, at + 1))
         else:
@@ -406,8 +414,13 @@ class WordReader:
         elif _SUBPROGRAM.match(name) and self.is_subprogram(name):
             words.calls.append(Call(name, None, at + 1))
         elif (number := read_r_number(name)) is not None:
+            is_in_number = cursor.text[at - 1 : at].isdigit()
+            letter_of_digit = find_letter_of_digit(cursor, at) if is_in_number else None
+            error = letter_of_digit or _refuse_missing_equals(name, cursor, at)
+            if number not in self.variables.r and letter_of_digit is None:
+                propose_feed(error, cursor, at)
             self.variables.r.setdefault(number, 0.0)  # nothing more of it
-            raise _refuse_missing_equals(name, cursor, at)
+            raise error
         elif _LETTER_NUMBER.match(cursor.text, at) and (len(name) == 1 or name[1].isdigit()):
             cursor.at = at
             self._read_letter(cursor, words)
@@ -470,6 +483,8 @@ class WordReader:
         if name in ADDRESSES and signed_name is not None and self.variables.is_known(signed_name[2].upper()):
             right_word = f"{signed_name[1]}={cursor.text[signed_name.end(1) : signed_name.end()]}"
             return cursor.error("VP001", f"{signed_name[0]}: an = is missing; did you mean {right_word}?", at)
+        if (letter := find_letter_of_digit(cursor, at)) is not None:
+            return letter
         if name == "N":
             return cursor.error("VP001", "N: the number of the block is missing; write it, or take N out", at)
         if name == "DO" and cursor.is_at_end and at:
@@ -478,6 +493,9 @@ class WordReader:
             return refuse_r(cursor, at)
         if name in FRAME_FUNCTIONS:
             return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
+        near_for = find_meant(name, ("FOR",), slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+        if near_for and _COUNTS.match(cursor.text, cursor.at):
+            return cursor.error("VP002", f"{name}: no meaning in this language; did you mean {near_for}?", at)
         why = explain_refusal(name)
         if why is not None:
             return cursor.error("VP002", f"{name} is not executed ({why})", at)
