@@ -81,7 +81,7 @@ M2
         ("a.nc", "F500.", "R500.", "F500 may be meant, whose key is beside"),
         ("a.nc", "S1000", "W1000", "S1000 may be meant, whose key is beside"),
         ("a.nc", "Y0. Z50.", "Y0. Z5 0.", "did you mean Z50.?"),
-        ("a.ngc", "#<_tilt> =", "#<_tit> =", "line 1 sets #<_tit>, which nothing else names"),
+        ("a.ngc", "#<_tilt> =", "#<_tit> =", "line 1 sets #<_tit>, which nothing uses"),
         ("a.ngc", "#<top> =", "<top> =", "did you mean #<top>?"),
         ("a.ngc", "o<place> sub", "o<plaxe> sub", "line 3 has o<plaxe>, which nothing else names"),
         ("a.ngc", "o200 sub", "o2O0 sub", "did you mean o200?"),
@@ -121,6 +121,19 @@ def test_a_name_that_both_sides_use_is_no_slip(inspector: Inspector, tmp_path: P
     found = check(inspector, tmp_path / "a.ngc", f"G21 G90 G54\n{lines}", SETUP)
     item = next(one for one in found.findings if one.code == "VP025")
     assert item.message == "#<_at_z> has no value; set it first with #<_at_z>=..."
+
+
+@pytest.mark.parametrize("wrong", ["_ar_y", "_St_y", "_at_yy"])
+def test_a_name_that_nothing_uses_is_the_misspelt_one(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
+    """Names of other axes, which are in use, are nearer; none of them is offered."""
+    path = tmp_path / "a.ngc"
+    lines = "#<_at_x> = 1\n#<_at_z> = 9\n#<_at_y> = 2\nG0 X0 Y0 Z50 A0 C0\nG0 X#<_at_x> Y#<_at_y> Z#<_at_z>\nM2\n"
+    text = f"G21 G90 G54\n{lines}".replace("_at_y", wrong, 1)
+    found = check(inspector, path, text, SETUP)
+    item = next(one for one in found.findings if one.code == "VP025")
+    assert item.message.endswith(f"value, and line 4 sets #<{wrong}>, which nothing uses; write #<_at_y> there")
+    (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert (text[: fix.begin] + fix.new + text[fix.end :], fix.settles) == (text.replace(wrong, "_at_y"), True)
 
 
 @pytest.mark.parametrize("column", [4, 5, 6, 10])

@@ -1,17 +1,19 @@
 """Slips of typing in blocks of letters and numbers, of RS274/NGC and Fanuc, that the rest of a program gives away."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.suggestions import MAY_BE_MEANT, list_near_numbers
+from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, list_near_numbers
 from verne_post.model.findings import Finding, Remedy
 
 #: Characters of a line that are looked at on both sides of a column.
 _LONGEST: Final = 40
+_LONGEST_NAME: Final = 90
 _AS_DIGITS: Final = str.maketrans("OoPplL", "000011")
 #: The label of an O word with a letter in its number, its O one place too far, or a key beside O.
 _LABEL: Final = re.compile(
@@ -24,7 +26,6 @@ _LABEL: Final = re.compile(
 _P_FOR_ZERO: Final = re.compile(
     r"(?<![A-Z_#<])([A-FH-LNQ-Z][-+]?)(\d{0,9}\.?\d{0,9})P(\d{0,9}\.?\d{0,9})(?![\w#\[<.])", re.IGNORECASE
 )
-_UNSET_NUMBER: Final = re.compile(r"#(\d+) may have a value at the machine")
 _RUNS_ON: Final = re.compile(r"the program runs on into O\d+; write M30 or M2 before it")
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
 _OPEN_LOST: Final = re.compile(r"[^\[\]]{1,40}\]")
@@ -32,7 +33,10 @@ _SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w
 _LESS_BEHIND: Final = re.compile(r"#([A-Z_])<(\w{0,40})>", re.IGNORECASE)
 _BARE_NAME: Final = re.compile(r"[ \t]*(<[^<>=]+>)[ \t]*=")
 _USELESS_P: Final = "nothing in the block uses P"
-_UNSET_NAME: Final = re.compile(r"(#<[^<>]+>): it has no value; did you mean (#<[^<>]+>)\?")
+#: A variable, and one that is given a value; two names that only tell two axes apart are no slip of each other.
+_VARIABLE: Final = re.compile(rb"#(?:<[^<>\n]{1,80}>|\d{1,5}(?!\d))")
+_SET: Final = re.compile(_VARIABLE.pattern + rb"(?=[ \t]*=(?!=))")
+_OF_AXIS: Final = re.compile(r"_[a-cu-z]>", re.IGNORECASE)
 _NOT_OPEN: Final = re.compile(r"(o\S+) (\w+) without \1 .+ before it; (o\S+) \w+ \(line (\d+)\) is open")
 #: A program number with the key beside O; what ends a program or stands before the first.
 _HEAD: Final = re.compile(r"[ \t]*([IKLP](\d{2,9}))[ \t]*(?:\(|$)", re.IGNORECASE)
@@ -63,10 +67,8 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
         return replace(item, message=message, column=match.start(1) + 1)
     if item.code == "VP001" or item.message.startswith(_USELESS_P):
         return _find_p_for_zero(text, item)
-    if item.code == "VP025" and (match := _UNSET_NAME.fullmatch(item.message)):
-        return _compare_uses(source, item, match[1], match[2])
-    if item.code == "VP025" and (match := _UNSET_NUMBER.match(item.message)):
-        return _find_misspelt_setting(source, item, match[1])
+    if item.code == "VP025" and (unset := _VARIABLE.match(text[(item.column or 1) - 1 :][:_LONGEST_NAME].encode())):
+        return _find_misspelt_setting(source, item, unset[0].decode())
     if item.code == "VP024" and _RUNS_ON.search(item.message):
         return _find_mistyped_end(source, item, dialect)
     if (
@@ -125,19 +127,29 @@ def _find_written_so(text: str, item: Finding) -> tuple[str, str, int, str] | No
     return None
 
 
-def _find_misspelt_setting(source: Text, item: Finding, number: str) -> Finding | None:
-    """The line that sets a variable which nothing else uses, and whose number is a slip of the one without a value."""
-    code = bytes(source)
-    numbers = [one.decode() for one in re.findall(rb"#(\d{1,5})(?!\d)", code)]
-    set_numbers = {one.decode() for one in re.findall(rb"#(\d{1,5})[ \t]*=(?!=)", code)}
-    near = list_near_numbers(number, [one for one in set_numbers if numbers.count(one) == 1])
-    if len(near) != 1:
-        return None
-    before = re.split(rb"#%b(?!\d)" % near[0].encode(), code, maxsplit=1)[0]
-    line, wrong, right = before.count(b"\n") + 1, f"#{near[0]}", f"#{number}"
-    message = f"{right} has no value, and line {line} sets {wrong}, which nothing uses; write {right} there"
-    edit = Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True)
-    return replace(item, message=message, edits=(edit,))
+def _find_misspelt_setting(source: Text, item: Finding, unset: str) -> Finding | None:
+    """What a variable without a value is meant for: the rarer spelling is wrong, as a rule.
+
+    The line that sets a variable which nothing uses, and which is nearly this one, is told before any other name.
+    """
+    code, right = bytes(source), unset.lower()
+    count = Counter(one.decode().lower() for one in _VARIABLE.findall(code))
+    places = {one[0].decode().lower(): one for one in _SET.finditer(code)}
+    unused = [one for one in places if count[one] == 1 and ("<" in one) == ("<" in right)]
+    slip = find_meant(right, unused, slip_alone=True) if "<" in right else ""
+    numbers = list_near_numbers(right[1:], [one[1:] for one in unused])
+    near = slip or (find_meant(right, unused) if "<" in right else "#".join(["", *numbers]))
+    meant = (find_correction(item.message) or ("", ""))[1].lower()
+    is_other = _OF_AXIS.sub("", near) == _OF_AXIS.sub("", right)
+    if near in places and right not in places and not is_other and (near != meant or count[right] > 1):
+        line, wrong = code.count(b"\n", 0, places[near].start()) + 1, places[near][0].decode()
+        message = f"{unset} has no value, and line {line} sets {wrong}, which nothing uses; write {unset} there"
+        edit = Remedy(f"write {unset}", unset, line=line, misspelt=wrong, is_choice=not slip)
+        return replace(item, message=message, edits=(edit,))
+    is_other = _OF_AXIS.sub("", meant) == _OF_AXIS.sub("", right)
+    if count[meant] > 1 and (count[right] > 1 or is_other):  # both are in use: a line that sets the one is missing
+        return replace(item, message=f"{unset} has no value; set it first with {unset}=...", edits=())
+    return None
 
 
 def _find_mistyped_end(source: Text, item: Finding, dialect: str) -> Finding | None:
@@ -175,23 +187,6 @@ def _find_p_for_zero(text: str, item: Finding) -> Finding | None:
         message = f"{match[0]}: the letter P in a number; {meaning}"
         return replace(item, code="VP001", message=message, column=match.start() + 1, edits=(edit,))
     return None
-
-
-def _compare_uses(source: Text, item: Finding, unset: str, near: str) -> Finding:
-    """Whether the name in use is misspelt, or the one in the line that sets it: the rarer one, as a rule."""
-    n_unset, n_near = _count_names(source, unset), _count_names(source, near)
-    if n_unset < len(("use", "use")):
-        return item
-    if n_near > 1:  # both are in use: a line that sets the one is missing
-        return replace(item, message=f"{unset} has no value; set it first with {unset}=...", edits=())
-    before = re.split(re.escape(near.encode()), bytes(source), maxsplit=1, flags=re.IGNORECASE)[0]
-    line = before.count(b"\n") + 1
-    message = f"{unset}: it has no value, and line {line} sets {near}, which nothing else names; write {unset} there"
-    return replace(item, message=message, edits=(Remedy(f"write {unset}", unset, line=line, misspelt=near),))
-
-
-def _count_names(source: Text, name: str) -> int:
-    return bytes(source).lower().count(name.lower().encode())
 
 
 def write_letters(text: str, item: Finding) -> Finding:
