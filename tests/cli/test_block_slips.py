@@ -136,6 +136,71 @@ def test_a_name_that_nothing_uses_is_the_misspelt_one(inspector: Inspector, tmp_
     assert (text[: fix.begin] + fix.new + text[fix.end :], fix.settles) == (text.replace(wrong, "_at_y"), True)
 
 
+TWO = """%
+O1
+G21 G90 G94 G17 G54
+T1 M06
+G0 X0 Y0 A0 C0
+G43 H1 Z50
+M3 S1000
+G1 X1 F500
+T2 M06
+M3 S1000
+G0 G43 H2 Z50
+G1 X20 F500
+G41 D2 X30 Y10
+X50
+G40 X60 Y0
+M30
+%
+"""
+TWO_TOOLS = """split_at_stops = true
+[wcs]
+G54 = [0, 0, 60]
+[tools]
+1 = { length = 80, diameter = 6 }
+2 = { length = 90, diameter = 8 }
+3 = { length = 100, diameter = 10 }
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said", "offered"),
+    [
+        (
+            "T2",
+            "T3",
+            "call T2 M6 before, else write H3",
+            ["T2 in place of T3 in line 9", "H3 in place of H2 in line 11"],
+        ),
+        (
+            "M06\nM3",
+            "M60\nM3",
+            "write M6 in place of M60 beside T2",
+            ["M6 in place of M60 in line 9", "M6 after T2 in"],
+        ),
+        ("M06\nM3", "M66\nM3", "did you mean M6?", ["M6 in place of M66"]),
+        ("M30", "M300", "did you mean M30?", ["M30 in place of M300"]),
+        ("M30", "M20", "did you mean M30?", ["M30 in place of M20"]),
+        ("G40 X60", "M20 G40 X60", "M20: no meaning in this language; [remap]", []),
+        ("X50\n", "X50\nM300\n", "M300: no meaning in this language; [remap]", []),
+    ],
+)
+def test_tools_and_ends_that_the_rest_gives_away(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str, offered: list[str]
+) -> None:
+    """H and D agree on a tool; M60 or M66 beside T is M6; what stands in place of the end is M30."""
+    path, text = tmp_path / "a.nc", TWO.replace(right, wrong, 1)
+    found = check(inspector, path, text, TWO_TOOLS)
+    item = next(one for one in found.findings if one.message.find(said) >= 0)
+    fixes = [one for one in find_fixes(inspector, found, item, {path: text}, NEVER) if one.path == path]
+    titles = [one.title for one in fixes]
+    assert [one[: len(f"Write {title}")] for one, title in zip(titles, offered, strict=True)] == [
+        f"Write {title}" for title in offered
+    ]
+    assert [one.settles for one in fixes] == [wrong.startswith("M60"), False][: len(fixes)]
+
+
 @pytest.mark.parametrize("column", [4, 5, 6, 10])
 def test_a_variable_is_found_from_its_sign(column: int) -> None:
     lines = ["#<top> = 20", "G0 Z#<top>"]

@@ -8,7 +8,8 @@ from typing import Final
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, list_near_numbers
+from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, has_one_more, list_near_numbers
+from verne_post.gcode.codes import make_unknown_function
 from verne_post.model.findings import Finding, Remedy
 
 #: Characters of a line that are looked at on both sides of a column.
@@ -28,6 +29,14 @@ _P_FOR_ZERO: Final = re.compile(
 )
 _RUNS_ON: Final = re.compile(r"the program runs on into O\d+; write M30 or M2 before it")
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
+#: An M code without its zeros, and what M6 and M30 become by a key that is struck twice or beside.
+_FUNCTION: Final = re.compile(r"M0*(\d{2,3})(?!\d)", re.IGNORECASE)
+_LIKE_CHANGE: Final = ("66", "56", "65", "67", "76")
+_BESIDE_END: Final = ("20", "40", "39")
+_WITH_T: Final = re.compile(r"(?<![A-Z_#<])T[ \t]*[\d=#]", re.IGNORECASE)
+_FUNCTIONS_ALONE: Final = re.compile(r"[ \t/]*(?:N\d+[ \t]*)?(?:M\d+[ \t]*)+(?:[;(].*)?\r?", re.IGNORECASE)
+_NEXT_PROGRAM: Final = re.compile(rb"\s*(?:%|O[ \t]*\d)", re.IGNORECASE)
+_BLANK_LINES: Final = 5
 _OPEN_LOST: Final = re.compile(r"[^\[\]]{1,40}\]")
 _SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
 _LESS_BEHIND: Final = re.compile(r"#([A-Z_])<(\w{0,40})>", re.IGNORECASE)
@@ -125,6 +134,28 @@ def _find_written_so(text: str, item: Finding) -> tuple[str, str, int, str] | No
             if _is_at(match, item):
                 return match[0], match.expand(right), match.start() + 1, what
     return None
+
+
+def explain_function(source: Text, text: str, item: Finding) -> Finding | None:
+    """An M code without a meaning, of which M6 beside T, or M30 in the last block, is a slip; None for others."""
+    match = _FUNCTION.match(text, (item.column or 1) - 1)
+    if match is None or item.edits or ("remap", f"M{match[1]}") not in item.settled_by:
+        return None
+    code, line = match[1], item.line or 0
+    after = (take_line(source, number) for number in range(line + 1, line + _BLANK_LINES))
+    following = next((one for one in after if one is None or one.strip()), None)
+    if _WITH_T.search(text) and code in _LIKE_CHANGE:
+        right = 6
+    elif (
+        (following is None or _NEXT_PROGRAM.match(following))
+        and (has_one_more(code, "30") or code in _BESIDE_END)
+        and _FUNCTIONS_ALONE.fullmatch(text)
+    ):
+        right = 30
+    else:
+        return None
+    edit = Remedy(f"write M{right}", f"M{right}", line=line, misspelt=match[0], is_choice=True)
+    return replace(item, message=make_unknown_function(int(code), None, [right]).message, edits=(edit,))
 
 
 def _find_misspelt_setting(source: Text, item: Finding, unset: str) -> Finding | None:

@@ -73,8 +73,8 @@ def refuse_lacking(
         state = core.state
         tool, selections = (state.tools or {}).get(state.loaded_tool or 0), core.recorder.selections
         if loads_lengths and not state.loaded_tool and selections and not selections[-1].is_loaded:
-            word = selections[-1].spell()
-            text = f"{word} only selects the tool, and no M6 loads it before the first feed move; write M6 after {word}"
+            word, change = selections[-1].spell(), selections[-1].describe_change()
+            text = f"{word} only selects the tool, and no M6 loads it before the first feed move; write {change}"
             raise ProgramError("VP012", text, line=selections[-1].line, edits=selections[-1].propose_change()).advise(
                 ""
             )
