@@ -166,19 +166,21 @@ def _find_misspelt_setting(source: Text, item: Finding, unset: str) -> Finding |
     code, right = bytes(source), unset.lower()
     count = Counter(one.decode().lower() for one in _VARIABLE.findall(code))
     places = {one[0].decode().lower(): one for one in _SET.finditer(code)}
-    unused = [one for one in places if count[one] == 1 and ("<" in one) == ("<" in right)]
-    slip = find_meant(right, unused, slip_alone=True) if "<" in right else ""
-    numbers = list_near_numbers(right[1:], [one[1:] for one in unused])
-    near = slip or (find_meant(right, unused) if "<" in right else "#".join(["", *numbers]))
-    meant = (find_correction(item.message) or ("", ""))[1].lower()
+    unused_names = [one for one in places if count[one] == 1 and ("<" in one) == ("<" in right)]
+    slip = find_meant(right, unused_names, slip_alone=True) if "<" in right else ""
+    numbers = list_near_numbers(right[1:], [one[1:] for one in unused_names])
+    near = slip or (find_meant(right, unused_names) if "<" in right else "#".join(["", *numbers]))
+    suggested_name = (find_correction(item.message) or ("", ""))[1].lower()
     is_other = _OF_AXIS.sub("", near) == _OF_AXIS.sub("", right)
-    if near in places and right not in places and not is_other and (near != meant or count[right] > 1):
+    if near in places and right not in places and not is_other and (near != suggested_name or count[right] > 1):
         line, wrong = code.count(b"\n", 0, places[near].start()) + 1, places[near][0].decode()
         message = f"{unset} has no value, and line {line} sets {wrong}, which nothing uses; write {unset} there"
         edit = Remedy(f"write {unset}", unset, line=line, misspelt=wrong, is_choice=not slip)
         return replace(item, message=message, edits=(edit,))
-    is_other = _OF_AXIS.sub("", meant) == _OF_AXIS.sub("", right)
-    if count[meant] > 1 and (count[right] > 1 or is_other):  # both are in use: a line that sets the one is missing
+    is_other = _OF_AXIS.sub("", suggested_name) == _OF_AXIS.sub("", right)
+    if count[suggested_name] > 1 and (
+        count[right] > 1 or is_other
+    ):  # both are in use: a line that sets the one is missing
         return replace(item, message=f"{unset} has no value; set it first with {unset}=...", edits=())
     return None
 

@@ -279,12 +279,12 @@ class Tools:
             for place, item in list(warnings.items()) if last and last[0].number == tool and edits else ():
                 if (item.code, item.tool, item.quantity) == ("VP049", number, "length") and place[0] > last[0].line:
                     # H and D agree: T is as likely to be wrong
-                    called = Remedy(
+                    edit_of_tool = Remedy(
                         f"write T{number}", f"T{number}", line=last[0].line, misspelt=f"T{tool}", is_choice=True
                     )
-                    edits = called, dataclasses.replace(own, is_choice=True)
-                    theirs = [dataclasses.replace(one, is_choice=True) for one in item.edits if one != called]
-                    warnings[place] = dataclasses.replace(item, edits=(called, *theirs))
+                    edits = edit_of_tool, dataclasses.replace(own, is_choice=True)
+                    theirs = [dataclasses.replace(one, is_choice=True) for one in item.edits if one != edit_of_tool]
+                    warnings[place] = dataclasses.replace(item, edits=(edit_of_tool, *theirs))
             self.recorder.note_once("VP049", text, at.line, edits, number, "diameter", column=at.columns.get("D"))
 
     def _describe(self, number: int) -> str:
