@@ -74,7 +74,8 @@ class Tools:
         if last is None or not last.number or last.is_loaded:
             return "no tool is in the spindle; load one"
         name = describe_tool_number(last.number, self.state.tool_names)
-        return f"{name} of line {last.line} is only selected by T, and no M6 loads it; write {last.describe_change()}"
+        change = last.describe_change() if last.is_beside_pallet else "M6 after that T"
+        return f"{name} of line {last.line} is only selected by T, and no M6 loads it; write {change}"
 
     def set_number(self, at: At, number: int) -> None:
         """No tool is changed: only its number is set (M61)."""
