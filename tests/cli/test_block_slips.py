@@ -89,6 +89,9 @@ M2
         ("a.ngc", "Y#<_tilt>", "Y#_<tilt>", "the < behind a letter"),
         ("a.ngc", "o<place> call [3]", "p<place> call [3]", "a label begins with O"),
         ("a.ngc", "o210 repeat", "o2l0 repeat", "did you mean o210?"),
+        ("a.ngc", "o<place> call [3]", "<oplace> call [3]", "<oplace>: the < of the name is before the o"),
+        ("a.ngc", "o<place> sub", "oplace> sub", "oplace>: the < of the name is missing"),
+        ("a.nc", "G01 Z#101 F500.", "G01 Z#101 500.", "500. may lack its letter, such as F500."),
     ],
 )
 def test_an_edit_gives_back_what_was_meant(
@@ -183,6 +186,8 @@ G54 = [0, 0, 60]
         ("M30", "M300", "did you mean M30?", ["M30 in place of M300"]),
         ("M30", "M20", "did you mean M30?", ["M30 in place of M20"]),
         ("G40 X60", "M20 G40 X60", "M20: no meaning in this language; [remap]", []),
+        ("G40 X60", "T40 X60", "T40: G40 may be meant, whose key is beside", ["G40 in place of T40"]),
+        ("M30", "G8 Z0\nM30", "or G28 in place of G8", ["G28 in place of G8 in line 16"]),
         ("X50\n", "X50\nM300\n", "M300: no meaning in this language; [remap]", []),
     ],
 )

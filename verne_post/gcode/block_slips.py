@@ -23,12 +23,22 @@ _LABEL: Final = re.compile(
     r"(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN|DO|ELSE(?:IF)?|BREAK|CONTINUE)(?![A-Z]))",
     re.IGNORECASE,
 )
+#: A name between an O word and its keyword whose < is one place too far, or missing.
+_NAME_OF_LABEL: Final = re.compile(
+    r"[ \t]*(?:N\d+[ \t]*)?(<?O([A-Z_]\w{0,40})>)[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN)(?![A-Z]))",
+    re.IGNORECASE,
+)
 #: A word with the key beside 0 in its number.
 _P_FOR_ZERO: Final = re.compile(
     r"(?<![A-Z_#<])([A-FH-LNQ-Z][-+]?)(\d{0,9}\.?\d{0,9})P(\d{0,9}\.?\d{0,9})(?![\w#\[<.])", re.IGNORECASE
 )
 _RUNS_ON: Final = re.compile(r"the program runs on into O\d+; write M30 or M2 before it")
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
+#: T beside axes in place of G, whose key is beside: codes that stand there as a rule.
+_T_FOR_G: Final = re.compile(r"T(4[0139]|49|80|9[01])(?![\d.])", re.IGNORECASE)
+_CHANGE_OR_NO_AXIS: Final = re.compile(r"[^(]*M0*6(?!\d)|[^(XYZAC]*(?:\(|$)", re.IGNORECASE)
+#: A variable, and a number behind a blank.
+_NUMBER_BEHIND: Final = re.compile(r"#(\d{1,3})[ \t]+(\d{1,6}(?:\.\d{0,6})?)(?![\w.])")
 #: An M code without its zeros, and what M6 and M30 become by a key that is struck twice or beside.
 _FUNCTION: Final = re.compile(r"M0*(\d{2,3})(?!\d)", re.IGNORECASE)
 _LIKE_CHANGE: Final = ("66", "56", "65", "67", "76")
@@ -67,6 +77,12 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
             right, what = f"o{wrong[1:]}", "a label begins with O"
         message = f"{wrong}: {what}; did you mean {right}?"
         return replace(item, code="VP001", message=message, column=match.start(1) + 1, edits=(), settled_by=())
+    if item.code == "VP001" and (match := _NAME_OF_LABEL.match(text)) and _is_at(match, item, 1):
+        wrong, right = match[1], f"o<{match[2]}>"
+        if wrong[0] != "<" or (_count(source, right) and not _count(source, f"o{wrong}")):
+            message = f"{wrong}: the < of the name is {'missing' if wrong[0] != '<' else 'before the o'}"
+            message += f"; did you mean {right}?"
+            return replace(item, message=message, column=match.start(1) + 1, edits=())
     if item.code == "VP001" and (found := _find_written_so(text, item)):
         wrong, right, column, what = found
         edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=wrong)
@@ -76,6 +92,27 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
         return replace(item, message=message, column=match.start(1) + 1)
     if item.code == "VP001" or item.message.startswith(_USELESS_P):
         return _find_p_for_zero(text, item)
+    if item.code == "VP025" and (match := _NUMBER_BEHIND.match(text, (item.column or 1) - 1)):
+        rights = [f"#{match[1]} {letter}{match[2]}" for letter in ("F", "X", "Y", "Z")]
+        message = (
+            f"{match[0]}: blanks mean nothing in a number, so that this is #{match[1]}{match[2]}; {match[2]} may lack "
+            f"its letter, such as F{match[2]}"
+        )
+        edits = tuple(
+            Remedy(f"write {one}", one, line=item.line or 0, misspelt=match[0], is_choice=True) for one in rights
+        )
+        return replace(item, code="VP001", message=message, edits=edits, settled_by=())
+    if item.code == "VP012" and (match := _T_FOR_G.match(text, (item.column or 1) - 1)):
+        if _CHANGE_OR_NO_AXIS.match(text):
+            return None
+        right = f"G{match[1]}"
+        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[0], is_choice=True)
+        others = (replace(one, is_choice=True) for one in item.edits)
+        return replace(
+            item,
+            message=f"{match[0]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}",
+            edits=(edit, *others),
+        )
     if item.code == "VP025" and (unset := _VARIABLE.match(text[(item.column or 1) - 1 :][:_LONGEST_NAME].encode())):
         return _find_misspelt_setting(source, item, unset[0].decode())
     if item.code == "VP024" and _RUNS_ON.search(item.message):
