@@ -32,7 +32,6 @@ _NAME_OF_LABEL: Final = re.compile(
 _P_FOR_ZERO: Final = re.compile(
     r"(?<![A-Z_#<])([A-FH-LNQ-Z][-+]?)(\d{0,9}\.?\d{0,9})P(\d{0,9}\.?\d{0,9})(?![\w#\[<.])", re.IGNORECASE
 )
-_RUNS_ON: Final = re.compile(r"the program runs on into O\d+; write M30 or M2 before it")
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
 #: T beside axes in place of G, whose key is beside: codes that stand there as a rule.
 _T_FOR_G: Final = re.compile(r"T(4[0139]|49|80|9[01])(?![\d.])", re.IGNORECASE)
@@ -51,7 +50,6 @@ _OPEN_LOST: Final = re.compile(r"[^\[\]]{1,40}\]")
 _SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
 _LESS_BEHIND: Final = re.compile(r"#([A-Z_])<(\w{0,40})>", re.IGNORECASE)
 _BARE_NAME: Final = re.compile(r"[ \t]*(<[^<>=]+>)[ \t]*=")
-_USELESS_P: Final = "nothing in the block uses P"
 #: A variable, and one that is given a value; two names that only tell two axes apart are no slip of each other.
 _VARIABLE: Final = re.compile(rb"#(?:<[^<>\n]{1,80}>|\d{1,5}(?!\d))")
 _SET: Final = re.compile(_VARIABLE.pattern + rb"(?=[ \t]*=(?!=))")
@@ -90,7 +88,8 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
     if item.code == "VP001" and (match := _BARE_NAME.match(text)) and _is_at(match, item, 1):
         message = f"{match[1]}: a name without # before it; did you mean #{match[1]}?"
         return replace(item, message=message, column=match.start(1) + 1)
-    if item.code == "VP001" or item.message.startswith(_USELESS_P):
+    is_useless_p = item.code == "VP006" and item.column is not None and text[item.column - 1 :][:1] in ("P", "p")
+    if item.code == "VP001" or is_useless_p:
         return _find_p_for_zero(text, item)
     if item.code == "VP025" and (match := _NUMBER_BEHIND.match(text, (item.column or 1) - 1)):
         rights = [f"#{match[1]} {letter}{match[2]}" for letter in ("F", "X", "Y", "Z")]
@@ -115,7 +114,7 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
         )
     if item.code == "VP025" and (unset := _VARIABLE.match(text[(item.column or 1) - 1 :][:_LONGEST_NAME].encode())):
         return _find_misspelt_setting(source, item, unset[0].decode())
-    if item.code == "VP024" and _RUNS_ON.search(item.message):
+    if item.code == "VP024" and any((one.value, one.way) == ("M30", "before") for one in item.edits):
         return _find_mistyped_end(source, item, dialect)
     if (
         item.code == "VP002"
