@@ -81,7 +81,7 @@ M2
         ("a.nc", "F500.", "R500.", "F500 may be meant, whose key is beside"),
         ("a.nc", "S1000", "W1000", "S1000 may be meant, whose key is beside"),
         ("a.nc", "Y0. Z50.", "Y0. Z5 0.", "did you mean Z50.?"),
-        ("a.ngc", "#<_tilt> =", "#<_tit> =", "line 1 sets #<_tit>, which nothing else names"),
+        ("a.ngc", "#<_tilt> =", "#<_tit> =", "line 1 sets #<_tit>, which nothing uses"),
         ("a.ngc", "#<top> =", "<top> =", "did you mean #<top>?"),
         ("a.ngc", "o<place> sub", "o<plaxe> sub", "line 3 has o<plaxe>, which nothing else names"),
         ("a.ngc", "o200 sub", "o2O0 sub", "did you mean o200?"),
@@ -89,6 +89,9 @@ M2
         ("a.ngc", "Y#<_tilt>", "Y#_<tilt>", "the < behind a letter"),
         ("a.ngc", "o<place> call [3]", "p<place> call [3]", "a label begins with O"),
         ("a.ngc", "o210 repeat", "o2l0 repeat", "did you mean o210?"),
+        ("a.ngc", "o<place> call [3]", "<oplace> call [3]", "<oplace>: the < of the name is before the o"),
+        ("a.ngc", "o<place> sub", "oplace> sub", "oplace>: the < of the name is missing"),
+        ("a.nc", "G01 Z#101 F500.", "G01 Z#101 500.", "500. may lack its letter, such as F500."),
     ],
 )
 def test_an_edit_gives_back_what_was_meant(
@@ -121,6 +124,97 @@ def test_a_name_that_both_sides_use_is_no_slip(inspector: Inspector, tmp_path: P
     found = check(inspector, tmp_path / "a.ngc", f"G21 G90 G54\n{lines}", SETUP)
     item = next(one for one in found.findings if one.code == "VP025")
     assert item.message == "#<_at_z> has no value; set it first with #<_at_z>=..."
+
+
+@pytest.mark.parametrize("wrong", ["_ar_y", "_St_y", "_at_yy"])
+def test_a_name_that_nothing_uses_is_the_misspelt_one(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
+    """Names of other axes, which are in use, are nearer; none of them is offered."""
+    path = tmp_path / "a.ngc"
+    lines = "#<_at_x> = 1\n#<_at_z> = 9\n#<_at_y> = 2\nG0 X0 Y0 Z50 A0 C0\nG0 X#<_at_x> Y#<_at_y> Z#<_at_z>\nM2\n"
+    text = f"G21 G90 G54\n{lines}".replace("_at_y", wrong, 1)
+    found = check(inspector, path, text, SETUP)
+    item = next(one for one in found.findings if one.code == "VP025")
+    assert item.message.endswith(f"value, and line 4 sets #<{wrong}>, which nothing uses; write #<_at_y> there")
+    (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert (text[: fix.begin] + fix.new + text[fix.end :], fix.settles) == (text.replace(wrong, "_at_y"), True)
+
+
+TWO = """%
+O1
+G21 G90 G94 G17 G54
+T1 M06
+G0 X0 Y0 A0 C0
+G43 H1 Z50
+M3 S1000
+G1 X1 F500
+T2 M06
+M3 S1000
+G0 G43 H2 Z50
+G1 X20 F500
+G41 D2 X30 Y10
+X50
+G40 X60 Y0
+M30
+%
+"""
+TWO_TOOLS = """split_at_stops = true
+[wcs]
+G54 = [0, 0, 60]
+[tools]
+1 = { length = 80, diameter = 6 }
+2 = { length = 90, diameter = 8 }
+3 = { length = 100, diameter = 10 }
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said", "offered"),
+    [
+        (
+            "T2",
+            "T3",
+            "call T2 M6 before, else write H3",
+            ["T2 in place of T3 in line 9", "H3 in place of H2 in line 11"],
+        ),
+        (
+            "M06\nM3",
+            "M60\nM3",
+            "write M6 in place of M60 beside T2",
+            ["M6 in place of M60 in line 9", "M6 after T2 in"],
+        ),
+        ("M06\nM3", "M66\nM3", "did you mean M6?", ["M6 in place of M66"]),
+        ("M30", "M300", "did you mean M30?", ["M30 in place of M300"]),
+        ("M30", "M20", "did you mean M30?", ["M30 in place of M20"]),
+        ("G40 X60", "M20 G40 X60", "M20: no meaning in this language; [remap]", []),
+        ("G40 X60", "T40 X60", "T40: G40 may be meant, whose key is beside", ["G40 in place of T40"]),
+        ("M30", "G8 Z0\nM30", "or G28 in place of G8", ["G28 in place of G8 in line 16"]),
+        ("X50\n", "X50\nM300\n", "M300: no meaning in this language; [remap]", []),
+    ],
+)
+def test_tools_and_ends_that_the_rest_gives_away(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str, offered: list[str]
+) -> None:
+    """H and D agree on a tool; M60 or M66 beside T is M6; what stands in place of the end is M30."""
+    path, text = tmp_path / "a.nc", TWO.replace(right, wrong, 1)
+    found = check(inspector, path, text, TWO_TOOLS)
+    item = next(one for one in found.findings if one.message.find(said) >= 0)
+    fixes = [one for one in find_fixes(inspector, found, item, {path: text}, NEVER) if one.path == path]
+    titles = [one.title for one in fixes]
+    assert [one[: len(f"Write {title}")] for one, title in zip(titles, offered, strict=True)] == [
+        f"Write {title}" for title in offered
+    ]
+    assert [one.settles for one in fixes] == [wrong.startswith("M60"), False][: len(fixes)]
+
+
+@pytest.mark.parametrize("wrong", ["P0200", "P002"])
+def test_a_file_beside_the_program_has_nearly_the_number(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
+    (tmp_path / "O0020.nc").write_text("O0020\nG1 X5 F500\nM99\n")
+    path, text = tmp_path / "a.nc", FANUC.replace("P1302", wrong, 1)
+    found = check(inspector, path, text, SETUP)
+    item = next(one for one in found.findings if one.severity == "error")
+    assert item.message.endswith("a file beside it has O20, which is nearly this number")
+    (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert text[: fix.begin] + fix.new + text[fix.end :] == FANUC.replace("P1302", "P0020", 1)
 
 
 @pytest.mark.parametrize("column", [4, 5, 6, 10])

@@ -225,10 +225,12 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
         if first < 0 or (then is not None and first >= then.before):
             continue
         cut, word = int(moves.line[first]), one.spell()
-        load, call = ("TOOL CALL", f"TOOL CALL {one.number} Z S") if one.is_defined else ("M6", "M6")
+        load, call = "M6", one.describe_change()
+        if one.is_defined:
+            load, call = "TOOL CALL", f"TOOL CALL {one.number} Z S with its speed after {word}"
         text = (
             f"{word} only selects the tool, and no {load} loads it: line {cut} cuts with the tool that was in the "
-            f"spindle before; write {call} {'with its speed ' * one.is_defined}after {word}"
+            f"spindle before; write {call}"
         )
         where = {"line": one.line, "last_line": max(one.line, cut), "worst_line": one.line}
         found[one.number] = make_finding("VP041", text, **where, tool=one.number, edits=one.propose_change())

@@ -8,7 +8,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_meant
-from verne_post.gcode.calls import spell_program
+from verne_post.gcode.calls import find_near_program, spell_program
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import UsageError
 
@@ -27,6 +27,8 @@ _NUMBERED: Final = re.compile(
 #: A word that may be the name of a file, and bytes of a text in which names that are nearly one are looked for.
 _FIRST_WORD: Final = re.compile(rb"^[ \t]*+(?:N\d+[ \t]*+)?([A-Z_][A-Z0-9_]{2,}+)(?=[ \t]*+[(;\r\n])", re.I | re.M)
 _LONGEST_SEARCHED: Final = 1_000_000
+#: A file with the number of a program.
+_PROGRAM_NUMBER: Final = re.compile(r"o?0*[1-9]\d{0,6}")
 #: CALL PGM of Klartext, perhaps with a path of the control.
 _PROGRAM: Final = re.compile(rb"CALL[ \t]+PGM[ \t]+\"?(?:[^\"\n;~]*[\\/:])?([^\"\n;~\\/:]+)", re.IGNORECASE)
 _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]*P\s*[#\[]", re.IGNORECASE)
@@ -89,7 +91,22 @@ def _find_called(text: Text, known: dict[str, Path]) -> list[str]:
     if _may_call(text) and _COMPUTED.search(text):
         return list(known)
     called_by_name = [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME]
-    return [*_find_named(text, known), *_find_meant_names(text, called_by_name)]
+    return [*_find_named(text, known), *_find_meant_names(text, called_by_name), *_find_meant_numbers(text, known)]
+
+
+def _find_meant_numbers(text: Text, known: dict[str, Path]) -> list[str]:
+    """Those of the files with a number of which a number in a call without a file is a slip."""
+    numbers = {name.lstrip("o0"): name for name in known if _PROGRAM_NUMBER.fullmatch(name)}
+    if not numbers or not _may_call(text):
+        return []
+    called = {str(one) for one in _list_numbers(text)} - numbers.keys()
+    return [numbers[near] for one in sorted(called) if (near := find_near_program(one, numbers))]
+
+
+def _list_numbers(text: Text) -> list[int]:
+    """The numbers in the calls of a text."""
+    found = (next(group for group in one.groups() if group is not None) for one in _NUMBERED.finditer(text))
+    return [int(number) % 10_000_000 for number in found]
 
 
 def _find_named(text: Text, known: dict[str, Path]) -> list[str]:
@@ -100,8 +117,7 @@ def _find_named(text: Text, known: dict[str, Path]) -> list[str]:
     names = [re.sub(rb"[ \t]", b"", found.group(1)).decode("latin-1").lower() for found in _NAMED.finditer(text)]
     names += [name.strip().decode("latin-1").lower().removesuffix(".h") for name in _PROGRAM.findall(text)]
     names += by_name
-    for found in _NUMBERED.finditer(text):
-        number = int(next(group for group in found.groups() if group is not None)) % 10_000_000
+    for number in _list_numbers(text):
         names += [*spell_program(number), *spell_program(number % 10_000)]
     return names
 

@@ -1,17 +1,20 @@
 """Slips of typing in blocks of letters and numbers, of RS274/NGC and Fanuc, that the rest of a program gives away."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.suggestions import MAY_BE_MEANT, list_near_numbers
+from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, has_one_more, list_near_numbers
+from verne_post.gcode.codes import make_unknown_function
 from verne_post.model.findings import Finding, Remedy
 
 #: Characters of a line that are looked at on both sides of a column.
 _LONGEST: Final = 40
+_LONGEST_NAME: Final = 90
 _AS_DIGITS: Final = str.maketrans("OoPplL", "000011")
 #: The label of an O word with a letter in its number, its O one place too far, or a key beside O.
 _LABEL: Final = re.compile(
@@ -20,19 +23,37 @@ _LABEL: Final = re.compile(
     r"(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN|DO|ELSE(?:IF)?|BREAK|CONTINUE)(?![A-Z]))",
     re.IGNORECASE,
 )
+#: A name between an O word and its keyword whose < is one place too far, or missing.
+_NAME_OF_LABEL: Final = re.compile(
+    r"[ \t]*(?:N\d+[ \t]*)?(<?O([A-Z_]\w{0,40})>)[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN)(?![A-Z]))",
+    re.IGNORECASE,
+)
 #: A word with the key beside 0 in its number.
 _P_FOR_ZERO: Final = re.compile(
     r"(?<![A-Z_#<])([A-FH-LNQ-Z][-+]?)(\d{0,9}\.?\d{0,9})P(\d{0,9}\.?\d{0,9})(?![\w#\[<.])", re.IGNORECASE
 )
-_UNSET_NUMBER: Final = re.compile(r"#(\d+) may have a value at the machine")
-_RUNS_ON: Final = re.compile(r"the program runs on into O\d+; write M30 or M2 before it")
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
+#: T beside axes in place of G, whose key is beside: codes that stand there as a rule.
+_T_FOR_G: Final = re.compile(r"T(4[0139]|49|80|9[01])(?![\d.])", re.IGNORECASE)
+_CHANGE_OR_NO_AXIS: Final = re.compile(r"[^(]*M0*6(?!\d)|[^(XYZAC]*(?:\(|$)", re.IGNORECASE)
+#: A variable, and a number behind a blank.
+_NUMBER_BEHIND: Final = re.compile(r"#(\d{1,3})[ \t]+(\d{1,6}(?:\.\d{0,6})?)(?![\w.])")
+#: An M code without its zeros, and what M6 and M30 become by a key that is struck twice or beside.
+_FUNCTION: Final = re.compile(r"M0*(\d{2,3})(?!\d)", re.IGNORECASE)
+_LIKE_CHANGE: Final = ("66", "56", "65", "67", "76")
+_BESIDE_END: Final = ("20", "40", "39")
+_WITH_T: Final = re.compile(r"(?<![A-Z_#<])T[ \t]*[\d=#]", re.IGNORECASE)
+_FUNCTIONS_ALONE: Final = re.compile(r"[ \t/]*(?:N\d+[ \t]*)?(?:M\d+[ \t]*)+(?:[;(].*)?\r?", re.IGNORECASE)
+_NEXT_PROGRAM: Final = re.compile(rb"\s*(?:%|O[ \t]*\d)", re.IGNORECASE)
+_BLANK_LINES: Final = 5
 _OPEN_LOST: Final = re.compile(r"[^\[\]]{1,40}\]")
 _SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
 _LESS_BEHIND: Final = re.compile(r"#([A-Z_])<(\w{0,40})>", re.IGNORECASE)
 _BARE_NAME: Final = re.compile(r"[ \t]*(<[^<>=]+>)[ \t]*=")
-_USELESS_P: Final = "nothing in the block uses P"
-_UNSET_NAME: Final = re.compile(r"(#<[^<>]+>): it has no value; did you mean (#<[^<>]+>)\?")
+#: A variable, and one that is given a value; two names that only tell two axes apart are no slip of each other.
+_VARIABLE: Final = re.compile(rb"#(?:<[^<>\n]{1,80}>|\d{1,5}(?!\d))")
+_SET: Final = re.compile(_VARIABLE.pattern + rb"(?=[ \t]*=(?!=))")
+_OF_AXIS: Final = re.compile(r"_[a-cu-z]>", re.IGNORECASE)
 _NOT_OPEN: Final = re.compile(r"(o\S+) (\w+) without \1 .+ before it; (o\S+) \w+ \(line (\d+)\) is open")
 #: A program number with the key beside O; what ends a program or stands before the first.
 _HEAD: Final = re.compile(r"[ \t]*([IKLP](\d{2,9}))[ \t]*(?:\(|$)", re.IGNORECASE)
@@ -54,6 +75,12 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
             right, what = f"o{wrong[1:]}", "a label begins with O"
         message = f"{wrong}: {what}; did you mean {right}?"
         return replace(item, code="VP001", message=message, column=match.start(1) + 1, edits=(), settled_by=())
+    if item.code == "VP001" and (match := _NAME_OF_LABEL.match(text)) and _is_at(match, item, 1):
+        wrong, right = match[1], f"o<{match[2]}>"
+        if wrong[0] != "<" or (_count(source, right) and not _count(source, f"o{wrong}")):
+            message = f"{wrong}: the < of the name is {'missing' if wrong[0] != '<' else 'before the o'}"
+            message += f"; did you mean {right}?"
+            return replace(item, message=message, column=match.start(1) + 1, edits=())
     if item.code == "VP001" and (found := _find_written_so(text, item)):
         wrong, right, column, what = found
         edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=wrong)
@@ -61,13 +88,33 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
     if item.code == "VP001" and (match := _BARE_NAME.match(text)) and _is_at(match, item, 1):
         message = f"{match[1]}: a name without # before it; did you mean #{match[1]}?"
         return replace(item, message=message, column=match.start(1) + 1)
-    if item.code == "VP001" or item.message.startswith(_USELESS_P):
+    is_useless_p = item.code == "VP006" and item.column is not None and text[item.column - 1 :][:1] in ("P", "p")
+    if item.code == "VP001" or is_useless_p:
         return _find_p_for_zero(text, item)
-    if item.code == "VP025" and (match := _UNSET_NAME.fullmatch(item.message)):
-        return _compare_uses(source, item, match[1], match[2])
-    if item.code == "VP025" and (match := _UNSET_NUMBER.match(item.message)):
-        return _find_misspelt_setting(source, item, match[1])
-    if item.code == "VP024" and _RUNS_ON.search(item.message):
+    if item.code == "VP025" and (match := _NUMBER_BEHIND.match(text, (item.column or 1) - 1)):
+        rights = [f"#{match[1]} {letter}{match[2]}" for letter in ("F", "X", "Y", "Z")]
+        message = (
+            f"{match[0]}: blanks mean nothing in a number, so that this is #{match[1]}{match[2]}; {match[2]} may lack "
+            f"its letter, such as F{match[2]}"
+        )
+        edits = tuple(
+            Remedy(f"write {one}", one, line=item.line or 0, misspelt=match[0], is_choice=True) for one in rights
+        )
+        return replace(item, code="VP001", message=message, edits=edits, settled_by=())
+    if item.code == "VP012" and (match := _T_FOR_G.match(text, (item.column or 1) - 1)):
+        if _CHANGE_OR_NO_AXIS.match(text):
+            return None
+        right = f"G{match[1]}"
+        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[0], is_choice=True)
+        others = (replace(one, is_choice=True) for one in item.edits)
+        return replace(
+            item,
+            message=f"{match[0]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}",
+            edits=(edit, *others),
+        )
+    if item.code == "VP025" and (unset := _VARIABLE.match(text[(item.column or 1) - 1 :][:_LONGEST_NAME].encode())):
+        return _find_misspelt_setting(source, item, unset[0].decode())
+    if item.code == "VP024" and any((one.value, one.way) == ("M30", "before") for one in item.edits):
         return _find_mistyped_end(source, item, dialect)
     if (
         item.code == "VP002"
@@ -125,19 +172,53 @@ def _find_written_so(text: str, item: Finding) -> tuple[str, str, int, str] | No
     return None
 
 
-def _find_misspelt_setting(source: Text, item: Finding, number: str) -> Finding | None:
-    """The line that sets a variable which nothing else uses, and whose number is a slip of the one without a value."""
-    code = bytes(source)
-    numbers = [one.decode() for one in re.findall(rb"#(\d{1,5})(?!\d)", code)]
-    set_numbers = {one.decode() for one in re.findall(rb"#(\d{1,5})[ \t]*=(?!=)", code)}
-    near = list_near_numbers(number, [one for one in set_numbers if numbers.count(one) == 1])
-    if len(near) != 1:
+def explain_function(source: Text, text: str, item: Finding) -> Finding | None:
+    """An M code without a meaning, of which M6 beside T, or M30 in the last block, is a slip; None for others."""
+    match = _FUNCTION.match(text, (item.column or 1) - 1)
+    if match is None or item.edits or ("remap", f"M{match[1]}") not in item.settled_by:
         return None
-    before = re.split(rb"#%b(?!\d)" % near[0].encode(), code, maxsplit=1)[0]
-    line, wrong, right = before.count(b"\n") + 1, f"#{near[0]}", f"#{number}"
-    message = f"{right} has no value, and line {line} sets {wrong}, which nothing uses; write {right} there"
-    edit = Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True)
-    return replace(item, message=message, edits=(edit,))
+    code, line = match[1], item.line or 0
+    after = (take_line(source, number) for number in range(line + 1, line + _BLANK_LINES))
+    following = next((one for one in after if one is None or one.strip()), None)
+    if _WITH_T.search(text) and code in _LIKE_CHANGE:
+        right = 6
+    elif (
+        (following is None or _NEXT_PROGRAM.match(following))
+        and (has_one_more(code, "30") or code in _BESIDE_END)
+        and _FUNCTIONS_ALONE.fullmatch(text)
+    ):
+        right = 30
+    else:
+        return None
+    edit = Remedy(f"write M{right}", f"M{right}", line=line, misspelt=match[0], is_choice=True)
+    return replace(item, message=make_unknown_function(int(code), None, [right]).message, edits=(edit,))
+
+
+def _find_misspelt_setting(source: Text, item: Finding, unset: str) -> Finding | None:
+    """What a variable without a value is meant for: the rarer spelling is wrong, as a rule.
+
+    The line that sets a variable which nothing uses, and which is nearly this one, is told before any other name.
+    """
+    code, right = bytes(source), unset.lower()
+    count = Counter(one.decode().lower() for one in _VARIABLE.findall(code))
+    places = {one[0].decode().lower(): one for one in _SET.finditer(code)}
+    unused_names = [one for one in places if count[one] == 1 and ("<" in one) == ("<" in right)]
+    slip = find_meant(right, unused_names, slip_alone=True) if "<" in right else ""
+    numbers = list_near_numbers(right[1:], [one[1:] for one in unused_names])
+    near = slip or (find_meant(right, unused_names) if "<" in right else "#".join(["", *numbers]))
+    suggested_name = (find_correction(item.message) or ("", ""))[1].lower()
+    is_other = _OF_AXIS.sub("", near) == _OF_AXIS.sub("", right)
+    if near in places and right not in places and not is_other and (near != suggested_name or count[right] > 1):
+        line, wrong = code.count(b"\n", 0, places[near].start()) + 1, places[near][0].decode()
+        message = f"{unset} has no value, and line {line} sets {wrong}, which nothing uses; write {unset} there"
+        edit = Remedy(f"write {unset}", unset, line=line, misspelt=wrong, is_choice=not slip)
+        return replace(item, message=message, edits=(edit,))
+    is_other = _OF_AXIS.sub("", suggested_name) == _OF_AXIS.sub("", right)
+    if count[suggested_name] > 1 and (
+        count[right] > 1 or is_other
+    ):  # both are in use: a line that sets the one is missing
+        return replace(item, message=f"{unset} has no value; set it first with {unset}=...", edits=())
+    return None
 
 
 def _find_mistyped_end(source: Text, item: Finding, dialect: str) -> Finding | None:
@@ -175,23 +256,6 @@ def _find_p_for_zero(text: str, item: Finding) -> Finding | None:
         message = f"{match[0]}: the letter P in a number; {meaning}"
         return replace(item, code="VP001", message=message, column=match.start() + 1, edits=(edit,))
     return None
-
-
-def _compare_uses(source: Text, item: Finding, unset: str, near: str) -> Finding:
-    """Whether the name in use is misspelt, or the one in the line that sets it: the rarer one, as a rule."""
-    n_unset, n_near = _count_names(source, unset), _count_names(source, near)
-    if n_unset < len(("use", "use")):
-        return item
-    if n_near > 1:  # both are in use: a line that sets the one is missing
-        return replace(item, message=f"{unset} has no value; set it first with {unset}=...", edits=())
-    before = re.split(re.escape(near.encode()), bytes(source), maxsplit=1, flags=re.IGNORECASE)[0]
-    line = before.count(b"\n") + 1
-    message = f"{unset}: it has no value, and line {line} sets {near}, which nothing else names; write {unset} there"
-    return replace(item, message=message, edits=(Remedy(f"write {unset}", unset, line=line, misspelt=near),))
-
-
-def _count_names(source: Text, name: str) -> int:
-    return bytes(source).lower().count(name.lower().encode())
 
 
 def write_letters(text: str, item: Finding) -> Finding:

@@ -1,7 +1,9 @@
 """Calls inside each other, in every language: the text and the line that come next, and where each call returns to."""
 
+from collections.abc import Iterable
 from typing import Final, Generic, TypeVar
 
+from verne_post.base.suggestions import find_meant_number
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import ChunkedText
 
@@ -89,3 +91,10 @@ class CallStack(Generic[_Text, _Frame]):
 def spell_program(number: int) -> list[str]:
     """Names of files, without their endings, that hold a program: of four digits, or of five as Haas writes them."""
     return [f"{letter}{number:0{digits}d}" for digits in (1, 4, 5) for letter in ("", "o")]
+
+
+def find_near_program(number: str, known_numbers: Iterable[str]) -> str:
+    """The one number of a program of which another is a slip, also as written with four digits; else empty."""
+    numbers = [one.lstrip("0") for one in known_numbers]
+    padded_number = find_meant_number(number.zfill(4), [one.zfill(4) for one in numbers])
+    return find_meant_number(number, numbers) or padded_number.lstrip("0")

@@ -96,8 +96,8 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
 
 def report_unloaded(selection: Selection, before: str) -> ProgramError:
     """VP012 at the T whose tool no M6 has loaded before what needs it."""
-    word = selection.spell()
-    text = f"{word} only selects the tool, and no M6 loads it before {before}; write M6 after {word}"
+    change = selection.describe_change()
+    text = f"{selection.spell()} only selects the tool, and no M6 loads it before {before}; write {change}"
     return ProgramError("VP012", text, line=selection.line, edits=selection.propose_change()).advise("")
 
 

@@ -14,7 +14,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name_pasted, translate_pasted
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
-from verne_post.gcode.block_slips import explain_slip, write_letters
+from verne_post.gcode.block_slips import explain_function, explain_slip, write_letters
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
 
@@ -269,6 +269,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         item.code == "VP017" and dialect == "siemens" and _LONE_TURN in item.message and _has_lone_turn(source)
     ):
         return _name_linear_axis(item, remove_remarks(text, dialect))
+    if item.code == "VP002" and (function := explain_function(source, text, item)) is not None:
+        return function
     if dialect in _BLOCKS and text and (slip := explain_slip(source, text, item, dialect)) is not None:
         if slip.edits:
             return slip

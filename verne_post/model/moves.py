@@ -183,6 +183,7 @@ class Selection(Struct, frozen=True):
     name: str = ""  #: Where the program calls it by its name.
     is_loaded: bool = False  #: A change of tools loads it before T selects again.
     is_defined: bool = False  #: TOOL DEF names it.
+    is_beside_pallet: bool = False  #: M60, the change of pallets, stands in its block: a mistyped M6, as a rule.
 
     def spell(self) -> str:
         """The word of the program."""
@@ -192,8 +193,14 @@ class Selection(Struct, frozen=True):
 
     def propose_change(self) -> tuple[Remedy, ...]:
         """M6 behind T; TOOL DEF takes a TOOL CALL with its speed, which nobody has said."""
-        edit = Remedy("write M6", "M6", line=self.line, word=("T", self.number), way="behind")
-        return () if self.is_defined else (edit,)
+        choice = self.is_beside_pallet
+        edit = Remedy("write M6", "M6", line=self.line, word=("T", self.number), way="behind", is_choice=choice)
+        instead = (Remedy("write M6", "M6", line=self.line, misspelt="M60"),) if choice else ()
+        return () if self.is_defined else (*instead, edit)
+
+    def describe_change(self) -> str:
+        """Where M6 is to be written."""
+        return f"M6 in place of M60 beside {self.spell()}" if self.is_beside_pallet else f"M6 after {self.spell()}"
 
 
 class PlaneCall(Struct, frozen=True):

@@ -591,7 +591,7 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
     if remedy.way == "behind":
         at = _find_offset(found.text, number - 1) + word.end()
         title = f"Write {remedy.value} after {word[0]} in line {number}"
-        return Fix(title, found.path, found.text, at, at, f" {remedy.value}")
+        return Fix(title, found.path, found.text, at, at, f" {remedy.value}", is_choice=remedy.is_choice)
     value = remedy.value if "." in remedy.value or "." not in word[2] else f"{remedy.value}."
     new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value
     begin = _find_offset(found.text, number - 1) + word.start(2)

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Final
 
+from msgspec.structs import replace
+
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.state import State, name_unit_of_speed
 from verne_post.gcode.program_error import At, ProgramError
@@ -136,6 +138,9 @@ class Auxiliary:
 
     def stop(self, at: At, code: int) -> None:
         """M0, M1, M60: the machine stops for a person."""
+        selections = self.recorder.selections
+        if code == 60 and selections and selections[-1].line == at.line:
+            selections[-1] = replace(selections[-1], is_beside_pallet=not selections[-1].is_loaded)
         self.recorder.record_event(at.line, "stop", stop=_STOPS[code])
 
     def end(self, at: At, code: str) -> None:

@@ -80,7 +80,8 @@ class Tools:
         if last is None or not last.number or last.is_loaded:
             return "no tool is in the spindle; load one"
         name = describe_tool_number(last.number, self.state.tool_names)
-        return f"{name} of line {last.line} is only selected by T, and no M6 loads it; write M6 after that T"
+        change = last.describe_change() if last.is_beside_pallet else "M6 after that T"
+        return f"{name} of line {last.line} is only selected by T, and no M6 loads it; write {change}"
 
     def set_number(self, at: At, number: int) -> None:
         """No tool is changed: only its number is set (M61)."""
@@ -247,7 +248,7 @@ class Tools:
         last = selections[-1] if selections else None
         puts = f"H{number} in line {at.line} puts its length, {length:g} mm, in force, and {holds}"
         if last is not None and not last.is_loaded and last.number == number:
-            text = f"T{number} only selects the tool, and no M6 loads it: {puts}; write M6 after T{number}"
+            text = f"T{number} only selects the tool, and no M6 loads it: {puts}; write {last.describe_change()}"
             self.recorder.note_once("VP041", text, last.line, last.propose_change(), number, "length")
             return True
         change = next((one.line for one in reversed(self.recorder.events) if one.kind == "tool"), 0)
@@ -279,8 +280,18 @@ class Tools:
             f"{diameters[1]:g} mm, is in the spindle"
         )
         is_staged, own = self.state.selected_tool == number, Remedy("", str(tool), line=at.line, word=("D", number))
-        if not any(item.code == "VP041" and item.tool == number for item in self.recorder.warnings.values()):
-            edits = () if is_staged else (own,)
+        warnings, last = self.recorder.warnings, self.recorder.selections[-1:]
+        if not any(item.code == "VP041" and item.tool == number for item in warnings.values()):
+            edits: tuple[Remedy, ...] = () if is_staged else (own,)
+            for place, item in list(warnings.items()) if last and last[0].number == tool and edits else ():
+                if (item.code, item.tool, item.quantity) == ("VP049", number, "length") and place[0] > last[0].line:
+                    # H and D agree: T is as likely to be wrong
+                    edit_of_tool = Remedy(
+                        f"write T{number}", f"T{number}", line=last[0].line, misspelt=f"T{tool}", is_choice=True
+                    )
+                    edits = edit_of_tool, dataclasses.replace(own, is_choice=True)
+                    theirs = [dataclasses.replace(one, is_choice=True) for one in item.edits if one != edit_of_tool]
+                    warnings[place] = dataclasses.replace(item, edits=(edit_of_tool, *theirs))
             self.recorder.note_once("VP049", text, at.line, edits, number, "diameter", column=at.columns.get("D"))
 
     def _describe(self, number: int) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
+from verne_post.base.suggestions import has_one_more
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import Block, read_block
 from verne_post.gcode.codes import TAKES_AXES, CodeTable, spell_g_code
@@ -621,8 +622,12 @@ class FanucInterpreter(Rs274):
         if code is None:
             return
         if code in ALONE:
+            name = spell_g_code(code)
+            near = [spell_g_code(one) for one in TAKES_AXES if has_one_more(spell_g_code(one), name)]
+            edits = tuple(Remedy(f"write {one}", one, line=block.line, misspelt=name, is_choice=True) for one in near)
+            text = f"{axes[0]} beside {name}, which takes no axis words; write two blocks"
             raise block.error(
-                "VP006", f"{axes[0]} beside {spell_g_code(code)}, which takes no axis words; write two blocks", axes[0]
+                "VP006", f"{text}{f', or {near[0]} in place of {name}' if near else ''}", axes[0], edits=edits
             )
         for letter in axes:
             del block.words[letter], block.columns[letter]

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_meant, find_meant_number, list_near_numbers, name_numbers
+from verne_post.base.suggestions import find_meant, list_near_numbers, name_numbers
 from verne_post.gcode.block import Block, OWord
-from verne_post.gcode.calls import CallStack, spell_program
+from verne_post.gcode.calls import CallStack, find_near_program, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_FILE, ProgramError, locate_errors, write_numbers
 from verne_post.gcode.repeats import Repeats
@@ -378,13 +378,16 @@ class Flow:
             message += f"; O{first} appears twice, in lines {self.calls.main.structure.programs[first]} and {second}: "
             message += f"one of them may be O{label}"
         near = [] if repeats else self._find_near_programs(label)
-        edits = write_numbers(near, label, "P", self.calls.line - 1) if self._is_in_main else ()
+        files = [] if repeats or near else self._find_near_files(label)
+        edits = self._write_numbers(near or files, label, "P", self.calls.line - 1) if self._is_in_main else ()
         head, edits_of_head = ("", ()) if repeats else self._find_head(label, near)
         if head:
             message += f"; {head}"
             edits = (*edits_of_head, *(edits if len(near) == 1 and f"O{near[0]}," in head else ()))
         elif near:
             message += f"; the program has {name_numbers(near, 'O')}"
+        elif files:
+            message += f"; a file beside it has {name_numbers(files, 'O')}"
         if repeats and len(repeats) == 1:
             edits = write_numbers([label], first, "O", second)
         raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(
@@ -420,7 +423,21 @@ class Flow:
             return "", ()
         begin = self.calls.main.structure.programs[uncalled_numbers[0]]
         text = f"the program has {name_numbers(uncalled_numbers, 'O')}, in line {begin}, and which nothing calls"
-        return text, write_numbers([label], uncalled_numbers[0], "O", begin)
+        return text, self._write_numbers([label], uncalled_numbers[0], "O", begin)
+
+    def _write_numbers(self, numbers: Sequence[str], number: str, letter: str, line: int) -> tuple[Remedy, ...]:
+        """The edits of another number in a line of the program itself, where it may begin with zeros."""
+        text = decode_line(self.calls.main.read_line(line))
+        match = re.search(rf"{letter}[ \t]*(0+){number}(?!\d)", text, re.IGNORECASE)
+        if match is None:
+            return write_numbers(numbers, number, letter, line)
+        return write_numbers([one.zfill(4) for one in numbers], f"{match[1]}{number}", letter, line)
+
+    def _find_near_files(self, label: str) -> list[str]:
+        """The number of a file beside the program of which another number is a slip."""
+        files = self.interpreter.setup.subroutines
+        near = find_near_program(label, (one.removeprefix("o") for one in files if one.removeprefix("o").isdecimal()))
+        return [near] if near else []
 
     @property
     def _is_in_main(self) -> bool:
@@ -435,6 +452,6 @@ class Flow:
             for one, line in text.structure.programs.items()
             if not (text is main and main.is_head(line))
         }
-        near = find_meant_number(label, numbers)
+        near = find_near_program(label, numbers)
         # O1 mostly is the program itself
         return list_near_numbers(label, [near] if near else sorted(one for one in numbers if len(one) > len("99")))
