@@ -298,8 +298,10 @@ class _BlockRun:
             what = f"the text ends before {unfinished_error}"
         elif self.calls.in_call:
             ends = "M99" if flow.interpreter.custom_macro else "endsub or M99"
-            what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected {ends}"
-            edits = end_with("M99") if not text.name and flow.interpreter.custom_macro else ()
+            last = (text.closing or text.n_lines + 1) - 1
+            where = f"{text.name}, line {last}: " if text.name else ""
+            what = f"{where}the text ends inside a subroutine; expected {ends}"
+            edits = end_with("M99") if flow.interpreter.custom_macro else ()
         elif text.closing is not None or flow.interpreter.ends_with_text:
             execution.recorder.record_event(self.calls.line, "end", code="%")
             if flow.interpreter.custom_macro and flow.interpreter.setup.machine and not execution.errors:
