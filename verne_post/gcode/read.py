@@ -89,7 +89,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         first = min((line for line in wrong if line), default=math.inf)
         warnings = [
             one
-            for one in execution.recorder.warnings.values()
+            for one in execution.recorder.freeze(start, start_frame, {}).findings
             if not (one.code == "VP038" and one.line in wrong)
             and not (one.code in ("VP009", "VP041", "VP046") and (one.line or 0) >= first)
             and one.code != "VP023"  # the call of a cycle may be what is wrong
