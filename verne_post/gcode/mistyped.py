@@ -14,6 +14,7 @@ from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
 from verne_post.gcode.block_slips import explain_slip, write_letters
+from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
 
@@ -134,6 +135,8 @@ _CLOSED_IN_REMARK: Final = re.compile(r";(?=[^()]*\))")
 _TURN_ON_CONTOUR: Final = re.compile(r"^[ABC] turns under|turn of the table under cutter compensation")
 _ROTARY_WORD: Final = re.compile(r"(?<![A-Z_#<])([AC])([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 _KEYS_OF_ROTARY: Final = {"A": "Z", "C": "X"}
+#: A code alone in its line that no control has, and that is a key from M30.
+_LIKE_END: Final = re.compile(r"[ \t]*(?:N?\d+[ \t]*)?(M(?:300|330|33|39|20|40))[ \t\r]*$", re.IGNORECASE)
 #: Errors of text that cannot be read.
 UNREADABLE: Final = ("VP001", "VP002")
 
@@ -253,6 +256,19 @@ def _name_linear_axis(item: Finding, text: str) -> Finding:
     )
 
 
+def _find_mistyped_end(source: Text, item: Finding, text: str) -> Finding | None:
+    """A slip of M30 alone in the last line of a program: no other code is likelier there."""
+    match, number = _LIKE_END.match(text), item.line or 0
+    if match is None:
+        return None
+    after, last = ((take_line(source, number + k) or b"").strip() for k in (1, 2))
+    if not (after == b"%" or b"END PGM" in after.upper() or not (after or last)):
+        return None
+    message = f"{match[1]}: no meaning in this language; did you mean M30? Else {REMAP_GIVES}"
+    edit = Remedy("write M30", "M30", line=number, misspelt=match[1])
+    return replace(item, message=message, column=match.start(1) + 1, edits=(edit,))
+
+
 def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     raw = None if item.line is None else take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
@@ -264,6 +280,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         item = slip
     if item.line is None or item.column is None:
         return item
+    if item.code == "VP002" and (end := _find_mistyped_end(source, item, text)) is not None:
+        return end
     if (paste := _find_pasted(text, item, dialect)) is not None:
         character, begin = paste
         code = remove_remarks(text, dialect)[begin:]

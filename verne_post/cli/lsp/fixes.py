@@ -97,8 +97,9 @@ def find_fixes(
     """
     fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
     setup, codes = _find_setup(inspector, found.path, texts), {one.code for one in found.findings}
-    # another place is within limits too, and a word that is not used may stand beside the wrong code
-    is_choice = is_about_pose(item.code) or item.code == "VP006"
+    # another place is within limits too, and a word that is not used may stand beside the wrong code, unless the one
+    # that is meant is missing
+    is_choice = is_about_pose(item.code) or (item.code == "VP006" and "; did you mean " not in item.message)
     for fix in _list_worked_out(_propose_fixes(found, item, setup, texts)):
         after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
         if after is None:
