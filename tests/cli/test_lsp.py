@@ -2401,6 +2401,17 @@ def test_a_subprogram_is_checked_by_its_caller_and_its_caller_with_it(
         assert list_codes(client, sub) == [("VP006", wrong_line)]
         assert list(ask_fixes(client, sub, wrong_line - 1)) == ["Remove Q5 (no errors then)"]
         assert list_codes(client, program) == [("VP006", at)]
+    # without its end, it is told here, with the edit that its caller would not have helped by; Siemens needs none
+    last = text.removesuffix("%\n").rstrip().split("\n")[-1]
+    client.change(sub, 5, text.replace(f"{last}\n", ""))
+    (line, code), ends = (1, "VP023") if "endsub" in last else (text.count("\n") - 1, "VP010"), last != "RET"
+    line -= text.endswith("%\n")
+    assert list_codes(client, sub) == [(code, line)] * ends
+    assert list_codes(client, program) == [(code, at)] * ends
+    if ends:
+        before = " before the closing %" if "%" in text else ""
+        assert list(ask_fixes(client, sub, line - 1)) == [f"End the program with {last}{before} (no errors then)"]
+        assert not ask_fixes(client, program, at - 1)
     # the file counts again
     client.tell("textDocument/didClose", textDocument={"uri": sub})
     assert list_codes(client, program) == list_codes(client, sub) == []

@@ -906,3 +906,19 @@ def test_a_short_word_of_klartext_with_the_key_beside_the_right_one(
     fixes = [one for one in find_fixes(inspector, found, item, {tmp_path / "a.h": text}, NEVER) if one.is_choice]
     assert [one.new for one in fixes] == near if wrong != "N99" else not fixes  # without a cycle, M99 is wrong too
     assert not any(one.settles for one in fixes)
+
+
+@pytest.mark.parametrize(
+    ("line", "rights"),
+    [("9L L X+5", {"91 L": False, "9 L": False}), ("M33", {"M30": False}), ("M300", {"M30": True})],
+)
+def test_an_edit_is_preferred_where_it_alone_is_likely(
+    inspector: Inspector, tmp_path: Path, line: str, rights: dict[str, bool]
+) -> None:
+    """9L became 91 without a choice, and M33 in the last line M3."""
+    text = embed(".h", line) if line[0] == "9" else embed(".h", "L X+5").replace("M30", line)
+    made = look(inspector, tmp_path / "a.h", text)[2]
+    wrong = line.removesuffix(" L X+5") + " L" * line.endswith("X+5")
+    assert {fixed: settles for path, fixed, settles in made.values() if path.suffix == ".h"} == {
+        text.replace(wrong, right): settles for right, settles in rights.items()
+    }

@@ -235,9 +235,9 @@ def _list_values(state: State) -> Iterator[str]:
         unit = name_unit_of_speed(state).get("unit", "1/min")
         yield f"spindle {'on' if state.spindle_on else 'off'}, S {state.spindle_speed:g} {unit}"
     tools = {"tool": state.loaded_tool, "next tool": state.selected_tool}
-    for what, tool in tools.items():
-        if tool is not None and (what == "tool" or tool != state.loaded_tool):
-            yield f"{what} {state.tool_names.get(tool, tool)}"
+    for what, number in tools.items():
+        if number is not None and (what == "tool" or number != state.loaded_tool):
+            yield f"{what} {state.tool_names.get(number, number)}"
 
 
 def _describe_plane(state: State, machine: Machine) -> Iterator[str]:

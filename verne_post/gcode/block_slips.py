@@ -41,10 +41,10 @@ _NUMBER_BEHIND: Final = re.compile(r"#(\d{1,3})[ \t]+(\d{1,6}(?:\.\d{0,6})?)(?![
 #: An M code without its zeros, and what M6 and M30 become by a key that is struck twice or beside.
 _FUNCTION: Final = re.compile(r"M0*(\d{2,3})(?!\d)", re.IGNORECASE)
 _LIKE_CHANGE: Final = ("66", "56", "65", "67", "76")
-_BESIDE_END: Final = ("20", "40", "39")
+_BESIDE_END: Final = ("20", "33", "39", "40")
 _WITH_T: Final = re.compile(r"(?<![A-Z_#<])T[ \t]*[\d=#]", re.IGNORECASE)
-_FUNCTIONS_ALONE: Final = re.compile(r"[ \t/]*(?:N\d+[ \t]*)?(?:M\d+[ \t]*)+(?:[;(].*)?\r?", re.IGNORECASE)
-_NEXT_PROGRAM: Final = re.compile(rb"\s*(?:%|O[ \t]*\d)", re.IGNORECASE)
+_FUNCTIONS_ALONE: Final = re.compile(r"[ \t/]*(?:N?\d+[ \t]*)?(?:M\d+[ \t]*)+(?:[;(].*)?\r?", re.IGNORECASE)
+_NEXT_PROGRAM: Final = re.compile(rb"\s*(?:%|O[ \t]*\d|\d*[ \t]*END[ \t]+PGM)", re.IGNORECASE)
 _BLANK_LINES: Final = 5
 _OPEN_LOST: Final = re.compile(r"[^\[\]]{1,40}\]")
 _SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
@@ -190,7 +190,7 @@ def explain_function(source: Text, text: str, item: Finding) -> Finding | None:
         right = 30
     else:
         return None
-    edit = Remedy(f"write M{right}", f"M{right}", line=line, misspelt=match[0], is_choice=True)
+    edit = Remedy(f"write M{right}", f"M{right}", line=line, misspelt=match[0], is_choice=not has_one_more(code, "30"))
     return replace(item, message=make_unknown_function(int(code), None, [right]).message, edits=(edit,))
 
 

@@ -157,7 +157,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     else:
         number = next(
             (given for given, other in names.items() if other == name),
-            1 + max(FIRST_NAMED_TOOL - 1, *names, *numbers.values()),
+            1 + max([FIRST_NAMED_TOOL - 1, *names, *numbers.values()]),
         )
     names[number] = name
     return number

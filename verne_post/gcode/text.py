@@ -32,6 +32,9 @@ _ZERO_LINE: Final = re.compile(
     rb"^[ \t]*(?:N\d+[ \t]*)?(0(?:<[^<>\n]*>|\d+)[ \t]*[A-Z]+)", re.MULTILINE | re.IGNORECASE
 )
 
+#: A line of RS274/NGC that calls a subprogram, which one of a file of its own seldom does.
+_CALL: Final = re.compile(rb"^[^(;\n]*\bCALL\b", re.MULTILINE | re.IGNORECASE)
+
 
 class Language:
     """What a text must know of its language; the defaults are for words of RS274/NGC with nothing before them."""
@@ -382,12 +385,16 @@ class _Opened:
         return f"o{item.label} {item.kind} (line {item.line})"
 
     def check_all_closed(self, source: Text) -> None:
-        """Nothing may be open at the end of the text; behind that of the program what is to be written is certain."""
+        """Nothing may be open at the end of the text.
+
+        Behind the end of the program what is to be written is certain, and in a file of one subprogram.
+        """
         if self._open:
             item = self._open[-1]
             end = f"o{item.label} {_ENDS[item.kind]}"
             stop = find_end(decode_lines(source))
-            is_last = item.kind == "sub" and stop is not None and stop < item.line - 1
+            is_file = stop is None and len(self._open) == 1 and _CALL.search(source) is None
+            is_last = item.kind == "sub" and (is_file or (stop is not None and stop < item.line - 1))
             raise ProgramError(
                 "VP023",
                 f"o{item.label} {item.kind} is never closed; expected {end}",

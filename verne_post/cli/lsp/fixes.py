@@ -19,7 +19,7 @@ from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
 from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
-from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
+from verne_post.cli.lsp.inspector import IN_FILE, Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
@@ -97,8 +97,9 @@ def find_fixes(
     """
     fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
     setup, codes = _find_setup(inspector, found.path, texts), {one.code for one in found.findings}
-    # another place is within limits too, and a word that is not used may stand beside the wrong code
-    is_choice = is_about_pose(item.code) or item.code == "VP006"
+    # another place is within limits too, and a word that is not used may stand beside the wrong code, unless the one
+    # that is meant is missing
+    is_choice = is_about_pose(item.code) or (item.code == "VP006" and "; did you mean " not in item.message)
     for fix in _list_worked_out(_propose_fixes(found, item, setup, texts)):
         after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
         if after is None:
@@ -423,9 +424,11 @@ def _write_before(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[F
     yield Fix(title, found.path, found.text, at, at, f"{new}\n", turns=remedy.turns, is_choice=is_choice)
 
 
-def _write_at_end(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[Fix]:
-    """What ends the program."""
+def _write_at_end(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """What ends the program; a caller cannot end its subprogram."""
     text = found.text
+    if re.search(IN_FILE, item.message):
+        return
     closing = re.search(r"(?<=\n)[ \t]*%\s*\Z", text)
     at = closing.start() if closing else len(text)
     new = f"{'' if text[:at].endswith(chr(10)) or not at else chr(10)}{remedy.value}\n"

@@ -63,7 +63,7 @@ _SETTINGS_TABLE: Final = "[tool.verne-post"
 #: Errors of a text that no caller, set-up or value changes.
 _OF_WORDS: Final = ("VP001", "VP002", "VP003", "VP004", "VP022", "VP023", "VP032")
 #: After the name of a called file, in what is found there.
-_IN_FILE: Final = ", line ([0-9]+): "
+IN_FILE: Final = ", line ([0-9]+): "
 #: Legal programs whose plans are kept: the one that is shown, and one that an edit would lead to.
 KEPT: Final = 2
 #: Options that say which findings count.
@@ -201,10 +201,13 @@ class Inspector:
             return None
         alone = check(path, {**texts, path: add_call(text, dialect)}, given=self.given | {"dialect": dialect})
         last = len(split_lines(text))
-        told = {(item.line, item.code) for item in found.findings}
+        # that the text ends is said of the call; alone, it is the end of a program
+        told = {(item.line, item.code): item.edits for item in found.findings if item.code != "VP010"}
         own = [item for item in alone.findings if item.severity == "error" and item.file is None]
         own = [
-            item for item in own if (item.line or 0) <= last and ((item.line, item.code) in told or _is_of_words(item))
+            replace(item, edits=item.edits or told.get((item.line, item.code), ()))
+            for item in own
+            if (item.line or 0) <= last and ((item.line, item.code) in told or _is_of_words(item))
         ]
         places = {(item.line, item.code) for item in own}  # with their columns
         found.findings = (*(item for item in found.findings if (item.line, item.code) not in places), *own)
@@ -493,12 +496,11 @@ def _is_of_words(item: Finding) -> bool:
 def _list_in_file(findings: Iterable[Finding], name: str) -> Iterator[Finding]:
     """What of the findings of a program stands in a file that it calls, with the lines of that file."""
     for item in findings:
-        if place := re.match(re.escape(name) + _IN_FILE, item.message):
+        if place := re.match(re.escape(name) + IN_FILE, item.message):
             line = int(place[1])
-            own = item.message[place.end() :]
-            yield replace(
-                item, message=own, line=line, last_line=line, worst_line=line, column=None, count=1, lines=(), edits=()
-            )
+            own, edits = item.message[place.end() :], tuple(one for one in item.edits if one.way == "end")
+            item = replace(item, message=own, line=line, last_line=line, worst_line=line)
+            yield replace(item, column=None, count=1, lines=(), edits=edits)
 
 
 def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -86,6 +86,8 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
             end = begin + len(wrong)
     elif word := _find_own_word(item, line, at):
         begin, end = word.span()
+    elif item.code == "VP008" and (words := _list_words_of_end(item, line)):
+        begin, end = min(one.start() for one in words), max(one.end() for one in words)
     elif item.code in _ABOUT_FILES:
         place = find_place("\n".join(lines), cut_file(item.message))
         begin, end = place[1:] if place is not None and place[0] == at else (begin, end)
@@ -97,6 +99,13 @@ def _find_own_word(item: Finding, line: str, at: int) -> re.Match[str] | None:
     word = find_word(line, item.axis) if item.axis is not None and len(item.axis) == 1 else None
     own = (find_word_of(line, *one.word) for one in item.edits if one.line == at and one.word[0])
     return word or next((one for one in own if one is not None), None)
+
+
+def _list_words_of_end(item: Finding, line: str) -> list[re.Match[str]]:
+    """The words of the end of an arc that is not on its circle, whose axes the message names."""
+    axes = re.search(r"at the start \(([A-Z])\S+ ([A-Z])", item.message)
+    found = (find_word(line, letter) for letter in (axes.groups() if axes is not None else ()))
+    return [one for one in found if one is not None]
 
 
 def make_diagnostic(

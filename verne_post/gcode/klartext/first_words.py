@@ -91,9 +91,16 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
         return refuse_joined(joined_label.group(), begin + 1, line)
     wrong_number = _BLOCK_NUMBER.match(text)
     if wrong_number is not None and KEYWORD.match(text, wrong_number.end()):
-        right = wrong_number[1].translate(LETTERS_AS_DIGITS)
-        what = f"{wrong_number[1]}: a letter in the number of the block; did you mean {right}?"
-        return ProgramError("VP001", what, wrong_number.start(1) + 1)
+        wrong = wrong_number[1]
+        right = wrong.translate(LETTERS_AS_DIGITS)
+        rights = (
+            [right, wrong[:-1]] if re.fullmatch(r"\d+L", wrong) else [right]
+        )  # 31L: 311, or L of the next word twice
+        what = f"{wrong}: a letter in the number of the block; "
+        if len(rights) == 1:
+            return ProgramError("VP001", f"{what}did you mean {right}?", wrong_number.start(1) + 1)
+        edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=True) for one in rights)
+        return ProgramError("VP001", f"{what}write {' or '.join(rights)}", wrong_number.start(1) + 1, edits=edits)
     with_letter = _NUMBER_AND_LETTER.match(text)
     if with_letter is not None and KEYWORD.match(text, with_letter.end()):
         right = with_letter[1] or with_letter[2]

@@ -1,7 +1,9 @@
 """The order in which lines of a Klartext program are executed: labels, repeats, subprograms, plain stretches."""
 
 import math
+import re
 from functools import partial
+from typing import Final
 
 from msgspec import Struct, field
 
@@ -31,6 +33,9 @@ from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk
 from verne_post.model.findings import Remedy
+
+#: What the END PGM of a called file repeats.
+_BEGIN: Final = re.compile(rb"\s*(?:\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]+(\S+[ \t]+(?:MM|INCH))\b", re.IGNORECASE)
 
 
 class _Call(Struct):
@@ -221,9 +226,11 @@ class _KlartextRun:
     def end_text(self, execution: Execution) -> bool:
         """The text ends without END PGM: an error."""
         text = self.calls.text
-        inside = f"the text ends inside a call{f' ({text.name})' if text.name else ''}"
-        what = f"{inside if self.calls.in_call else 'the file ends'} without END PGM, M2 or M30"
-        edits = () if text.name else end_with("M30")
+        where = f"{text.name}, line {text.n_lines}: " if text.name else ""
+        inside = f"{where}the text ends inside a call" if self.calls.in_call else "the file ends"
+        what = f"{inside} without END PGM, M2 or M30"
+        head = _BEGIN.match(text.source) if text.name else None
+        edits = end_with("M30" if head is None else f"END PGM {head[1].decode('latin-1')}")
         execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1), edits=edits)
         return False
 

@@ -221,9 +221,15 @@ class Flow:
                 f"{f'; the program has {near_text}' if near_text else ''}",
                 edits=write_numbers(near_numbers, name, "o", self.calls.line - 1),
             ).advise("" if near else GIVE_FILE)
-        if label not in text_of_file.structure.subs:
+        try:
+            subs = text_of_file.structure.subs
+        except ProgramError as error:
+            error.message = f"{text_of_file.name}, line {error.line}: {error.message}"
+            error.line, error.column, error.breaks_structure = None, None, False
+            raise
+        if label not in subs:
             raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
-        return text_of_file, text_of_file.structure.subs[label]
+        return text_of_file, subs[label]
 
     def _find_file(self, name: str) -> ProgramText | None:
         if name not in self._files:

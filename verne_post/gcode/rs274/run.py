@@ -298,9 +298,11 @@ class _BlockRun:
             what = f"the text ends before {unfinished_error}"
         elif self.calls.in_call:
             ends = "M99" if flow.interpreter.custom_macro else "endsub or M99"
-            where = f"the file {text.name}" if text.name else "the text"
-            what = f"O{self.calls.frame.label}, which has been called, runs on to the end of {where}; expected {ends}"
-            edits = end_with("M99") if not text.name and flow.interpreter.custom_macro else ()
+            last = (text.closing or text.n_lines + 1) - 1
+            where = f"{text.name}, line {last}: " if text.name else ""
+            label = self.calls.frame.label
+            what = f"{where}O{label}, which has been called, runs on to the end of the text; expected {ends}"
+            edits = end_with("M99") if flow.interpreter.custom_macro else ()
         elif text.closing is not None or flow.interpreter.ends_with_text:
             execution.recorder.record_event(self.calls.line, "end", code="%")
             if flow.interpreter.custom_macro and flow.interpreter.setup.machine and not execution.errors:
