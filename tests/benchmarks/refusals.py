@@ -21,7 +21,7 @@ from typing import Final
 ROOT: Final = Path(__file__).resolve().parents[2]
 #: Words of the command line, and words of the answer.
 WRONG: Final = {
-    "no.nc": "no.nc: No such file",
+    "no.nc": "no.nc: no such file",
     "part.nc --bogus": "No such option",
     "part.nc --tool-length abc": "not a number",
     "part.nc --tolerance -1": "expected 1e-06 to 10 mm",

@@ -86,7 +86,7 @@ M2
         ("a.ngc", "o<place> sub", "o<plaxe> sub", "line 3 has o<plaxe>, which nothing else names"),
         ("a.ngc", "o200 sub", "o2O0 sub", "did you mean o200?"),
         ("a.ngc", "repeat [2]", "repeat 2]", "the bracket before it is missing"),
-        ("a.ngc", "Y#<_tilt>", "Y#_<tilt>", "the < behind a letter"),
+        ("a.ngc", "Y#<_tilt>", "Y#_<tilt>", "the < after a letter"),
         ("a.ngc", "o<place> call [3]", "p<place> call [3]", "a label begins with O"),
         ("a.ngc", "o210 repeat", "o2l0 repeat", "did you mean o210?"),
         ("a.ngc", "o<place> call [3]", "<oplace> call [3]", "<oplace>: the < of the name is before the o"),

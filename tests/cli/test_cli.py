@@ -126,7 +126,7 @@ def test_missing_file_is_2(command: str, run: Callable[..., Any], tmp_path: Path
     answer = run(*command.split(), tmp_path / "none.nc", *PLACE)
     assert (answer.code, answer.out) == (2, "")
     assert "none.nc" in answer.err
-    assert "No such file" in answer.err
+    assert "no such file" in answer.err
 
 
 def test_check_reads_the_others_beside_a_missing_file(run: Callable[..., Any], tmp_path: Path) -> None:

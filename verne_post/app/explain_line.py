@@ -232,7 +232,7 @@ def _list_values(state: State) -> Iterator[str]:
         unit = "mm per turn of the spindle" if state.feed_mode == FeedMode.PER_REVOLUTION else "mm/min"
         yield f"feed {format_number(state.feed, _FEW)} {unit}"
     if state.spindle_speed:
-        unit = name_unit_of_speed(state).get("unit", "1/min")
+        unit = str(name_unit_of_speed(state).get("unit", "1/min"))
         yield f"spindle {'on' if state.spindle_on else 'off'}, S {state.spindle_speed:g} {unit}"
     tools = {"tool": state.loaded_tool, "next tool": state.selected_tool}
     for what, number in tools.items():

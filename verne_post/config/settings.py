@@ -53,7 +53,7 @@ _OF_PROGRAM: Final = {*SetupFile.__struct_fields__, *list_setup_options()} - {
 }
 #: Keys in a wrong table -> where they belong.
 _PLACES: Final = {
-    **{name: f"write [{name}], a table of its own" for name in SettingsFile.__struct_fields__},
+    **{name: f"write [{name}], another table" for name in SettingsFile.__struct_fields__},
     "machine": "machine belongs above the first [table] of the file",
     **find_tables({"[options]": _ALLOWED, 'the set-up PROGRAM.toml of a program, or [setup."*.nc"]': _OF_PROGRAM}),
 }

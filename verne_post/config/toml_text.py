@@ -101,7 +101,7 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if "hex value" in message or "Unescaped" in message:
         return "a backslash in a text; write the text in ' ' instead of quotation marks"
     if "at the end of a table declaration" in message:
-        return "the bracket [ is not closed; write ] behind the name of the table"
+        return "the bracket [ is not closed; write ] after the name of the table"
     if message.startswith("Expected '='") and bare[column - 1 : column] in tuple("[{-+0123456789"):
         return "write = between a key and its value"
     if message.startswith("Expected '='") and "=" in bare[column:]:

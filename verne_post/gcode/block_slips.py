@@ -163,8 +163,8 @@ def _find_written_so(text: str, item: Finding) -> tuple[str, str, int, str] | No
         return None if match is None else (match[0], f"[{match[0]}", at + 1, "the bracket before it is missing")
     begin, end = max(at - _LONGEST, 0), at + _LONGEST
     for pattern, right, what in (
-        (_SIGN_BEHIND, r"\1-\2\3", "the sign behind a digit"),
-        (_LESS_BEHIND, r"#<\1\2>", "the < behind a letter"),
+        (_SIGN_BEHIND, r"\1-\2\3", "the sign after a digit"),
+        (_LESS_BEHIND, r"#<\1\2>", "the < after a letter"),
     ):
         for match in pattern.finditer(text, begin, end):
             if _is_at(match, item):

@@ -170,7 +170,7 @@ def _refuse_headless(text: str) -> None:
         return
     word, name = match[1], match[2]
     if word is not None:
-        message = f"{word}: values of a subprogram stand behind PROC and its name; did you mean PROC?"
+        message = f"{word}: values of a subprogram follow PROC and its name; did you mean PROC?"
         raise ProgramError("VP002", message, match.start(1) + 1)
     if name[:4].upper() == "PROC" and len(name) > len("PROC"):
         message = f"{name}: a blank is missing; did you mean PROC {name[4:]}?"
