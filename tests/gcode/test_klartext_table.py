@@ -160,8 +160,8 @@ def test_what_is_executed_is_in_the_vocabulary():
     assert {*MACHINING, *PATTERNS, *SETTINGS} == set(vocabulary.CYCLES)
 
 
-#: In patterns, but no words of the language: letters that are looked for one by one, F AUTO without its blank, slips of LBL, and
-#: the points of REFPNT, of which all but one are refused.
+#: In patterns, but no words of the language: letters that are looked for one by one, F AUTO without its blank, slips of
+#: LBL, and the points of REFPNT, of which all but one are refused.
 NO_WORDS = {"LCMQFS", "FAUTO", "TIP", "LB", "BL", "LL"}
 
 

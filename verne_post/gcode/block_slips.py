@@ -175,12 +175,12 @@ def _find_written_so(text: str, item: Finding) -> tuple[str, str, int, str] | No
 def explain_function(source: Text, text: str, item: Finding) -> Finding | None:
     """An M code without a meaning, of which M6 beside T, or M30 in the last block, is a slip; None for others."""
     match = _FUNCTION.match(text, (item.column or 1) - 1)
-    if match is None or item.edits or ("remap", f"M{match[1]}") not in item.settled_by:
+    if match is None or ("remap", f"M{match[1]}") not in item.settled_by:
         return None
     code, line = match[1], item.line or 0
     after = (take_line(source, number) for number in range(line + 1, line + _BLANK_LINES))
     following = next((one for one in after if one is None or one.strip()), None)
-    if _WITH_T.search(text) and code in _LIKE_CHANGE:
+    if _WITH_T.search(text) and code in _LIKE_CHANGE and not item.edits:
         right = 6
     elif (
         (following is None or _NEXT_PROGRAM.match(following))

@@ -42,6 +42,8 @@ _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
 #: A letter whose key is beside that of N before a number at the beginning of a line, and a block number.
 _NEAR_N: Final = re.compile(r"[ \t]*([BHJM])(\d{2,9})(?=[ \t])", re.IGNORECASE)
 _BLOCK_NUMBER: Final = re.compile(rb"[ \t]*N[ \t]*(\d{1,9})", re.IGNORECASE)
+#: What begins a program; a name may begin with _, as in %_NEW_MPF.
+_NAME_OF_PROGRAM: Final = re.compile(r"%[A-Z_]\w*_[MS]PF", re.IGNORECASE | re.ASCII)
 #: A line of a program's name in which % is mistyped.
 _LIKE_HEADER: Final = re.compile(r"[^\w;]_N_\w+$|\d_N_\w+$")
 _SECOND_LINE: Final = 2
@@ -175,7 +177,7 @@ class Flow:
             return
         if symbol == "%" or self._may_be_header(cursor.text, line):
             right = find_meant_header(cursor.text, is_first=self.calls.in_main and not self.calls.in_call)
-            if right:
+            if right and not _NAME_OF_PROGRAM.fullmatch(cursor.text.strip()):
                 raise refuse_header(cursor.text, right)
         if symbol == "%":
             if line not in (self.calls.frame.section.first, self.calls.frame.section.last):

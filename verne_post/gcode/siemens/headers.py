@@ -7,8 +7,7 @@ from verne_post.base.suggestions import has_one_more
 
 #: One word, as no block is.
 _WORD: Final = re.compile(r"[^\s;\"=()/,\[\]]{6,60}")
-#: Also names that begin with _, such as %_NEW_MPF.
-_RIGHT: Final = re.compile(r"%[A-Z_]\w*_(?:MPF|SPF)", re.ASCII)
+_RIGHT: Final = re.compile(r"%_N_\w+_(?:MPF|SPF)")
 _NAME: Final = re.compile(r"[A-Z0-9]\w*", re.ASCII)
 _BEGIN: Final = "%_N_"
 _ENDS: Final = ("_MPF", "_SPF")
