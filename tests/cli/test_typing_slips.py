@@ -707,6 +707,8 @@ def test_what_may_be_meant_is_not_preferred(
 
 
 ZERO = "o<a> sub\nX#<_q>\n0<a> endsub\no<b> sub\no<b> endsub\n#<_q>=5\no<a> call"
+#: So that a loop without end is short.
+FEW_REPEATS = "[options]\nmax_repeats = 300\n"
 ENDLESS = "#1=3\n{}\nX#1\n{}"
 
 
@@ -808,6 +810,7 @@ def test_a_slip_of_a_block_is_told_at_its_word(
 def test_a_loop_without_end_is_named(
     inspector: Inspector, tmp_path: Path, ending: str, lines: str, said: str, line: int
 ) -> None:
+    (tmp_path / "verne-post.toml").write_text(FEW_REPEATS)
     (item,) = check(inspector, tmp_path / f"a{ending}", embed(ending, lines)).findings
     assert (item.code, item.line) == ("VP024", line)
     assert said in item.message
@@ -825,9 +828,40 @@ def test_a_loop_without_end_is_named(
 def test_a_value_that_grows_in_a_loop_is_one_finding(
     inspector: Inspector, tmp_path: Path, ending: str, lines: str, said: str
 ) -> None:
+    (tmp_path / "verne-post.toml").write_text(FEW_REPEATS.replace("300", "900"))
     (item,) = check(inspector, tmp_path / f"a{ending}", embed(ending, lines)).findings
     assert item.code == "VP007"
     assert said in item.message
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("X1000000\nY2000000", ("X1e+06 is beyond any machine", "Y2e+06 is beyond any machine")),
+        (
+            "X=R1*90000\nY=R1*80000",
+            (
+                "X180000 is beyond any machine, in the loop of lines 7 to 9",
+                "Y160000 is beyond any machine, in the loop",
+            ),
+        ),
+    ],
+)
+def test_values_beyond_any_machine_in_a_loop_are_one_finding_each(
+    inspector: Inspector, tmp_path: Path, lines: str, said: tuple[str, ...]
+) -> None:
+    text = embed(".mpf", f"FOR R1=1 TO 4\n{lines}\nENDFOR")
+    found = check(inspector, tmp_path / "a.mpf", text).findings
+    assert [item.code for item in found] == ["VP007", "VP007"]
+    assert all(item.message.startswith(one) for item, one in zip(found, said, strict=True))
+
+
+def test_a_loop_that_calls_a_subprogram_may_set_its_variable_there(inspector: Inspector, tmp_path: Path) -> None:
+    (tmp_path / "verne-post.toml").write_text(FEW_REPEATS)
+    (tmp_path / "STEP.spf").write_text("R1=R1+0.00001\nG1 X=R1\nRET\n")
+    (item,) = check(inspector, tmp_path / "a.mpf", embed(".mpf", "R1=1\nWHILE R1<5\nSTEP\nENDWHILE")).findings
+    assert item.code == "VP024"
+    assert "no line of it sets" not in item.message
 
 
 @pytest.mark.parametrize(

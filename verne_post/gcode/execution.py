@@ -305,7 +305,9 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             contour = 0 if state.compensation is None else state.compensation.start_line
             frame = calls.frame
             last, errors = run.execute(chunk, stop)
-            if calls.line <= line and calls.text is text and calls.frame is frame:
+            if calls.text is not text or calls.frame is not frame:
+                loop.calls_now = True
+            elif calls.line <= line:
                 loop.note(calls, line)
             errors = execution.drop_wrong_corners(errors, contour)
             errors = execution.drop_consequences(errors, chunk, range(line, min(last, chunk.end_line)), moves)
@@ -319,9 +321,9 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
         except ProgramError as error:
             execution.recorder.give_up(shown_line or line)
             errors = [error]
-        if errors and text is loop.text:
+        if errors:
             language = execution.recorder.language
-            errors = [one for error in errors if (one := loop.name(error, line, language)) is not None]
+            errors = [one for error in errors if (one := loop.name(error, text, line, language)) is not None]
         if errors and (
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
         ):

@@ -3,7 +3,7 @@
 import re
 from typing import Any, Final
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.calls import CallStack
@@ -11,6 +11,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.repeats import REPEAT_UNIT
 from verne_post.gcode.text import ChunkedText, decode_line
 
+_BEYOND: Final = "beyond any machine"
 #: A condition; what it asks is in the group.
 _TESTS: Final = {"heidenhain": re.compile(r"\bFN[ \t]*(?:9|10|11|12)[ \t]*:(.*?)(?=\bGOTO\b|$)", re.IGNORECASE)}
 _TEST: Final = re.compile(r"\b(?:WHILE|UNTIL|IF)\b(.*?)(?=GOTO|$)", re.IGNORECASE)
@@ -31,11 +32,16 @@ class Loop(Struct):
     text: ChunkedText | None = None
     begin: int = 0
     end: int = 0
-    growth_error: ProgramError | None = None  #: Of a value that grows in it, beyond any machine.
+    has_calls: bool = False  #: Whether it calls subprograms, which may set what its condition asks.
+    calls_now: bool = False  #: Whether a call has begun or ended since the end went back last.
+    #: File and line -> the first error of a value beyond any machine.
+    values: dict[tuple[str | None, int], str] = field(default_factory=dict)
+    growth_error: ProgramError | None = None  #: Of a value that grows in the loop until it is beyond any machine.
 
     def note(self, calls: CallStack[Any, Any], line: int) -> None:
         """A line has been executed, and the program goes on at one before it, in the same call."""
         self.text, self.begin, self.end = calls.text, calls.line, line
+        self.has_calls, self.calls_now = self.calls_now, False
 
     def describe(self, language: str) -> str:
         """Its lines, and what its condition asks and no line of it sets."""
@@ -55,20 +61,25 @@ class Loop(Struct):
             for name in names
             for line in lines
         )
-        condition_hint = f", and no line of it sets {' or '.join(names)}, which its condition asks"
-        return f"the loop of lines {self.begin} to {self.end}{condition_hint if names and not is_set else ''}"
+        is_told = bool(names) and not is_set and not self.has_calls
+        condition_hint = f", and no line of it sets {' or '.join(names)}, which its condition asks" if is_told else ""
+        return f"the loop of lines {self.begin} to {self.end}{condition_hint}"
 
-    def name(self, error: ProgramError, line: int, language: str) -> ProgramError | None:
-        """The error of a line, with the loop in which it comes from repeating; None where it is told already."""
-        earlier = self.growth_error is not None and self.begin <= (self.growth_error.line or 0) <= self.end
-        if error.code == "VP007" and "beyond any machine" in error.message and self.begin <= line <= self.end:
-            if earlier:  # each time round gives another value
-                return None
+    def name(self, error: ProgramError, text: ChunkedText, line: int, language: str) -> ProgramError | None:
+        """The error of a line, with the loop in which it comes from repeating; None where the line has told it."""
+        if error.code == "VP007" and _BEYOND in error.message:
+            before = self.values.get((text.name, line), "")
+            self.values[text.name, line] = before or error.message
+            if text is not self.text or not self.begin <= line <= self.end:
+                return error
+            if before:  # each time round gives another value, or the same one
+                return error if error.message == before and self.growth_error is None else None
             error.message += f", in {self.describe(language)}"
             error.line, self.growth_error = line, error
-        elif error.code == "VP024" and REPEAT_UNIT in error.message and self.begin:
-            if earlier:
-                return self.growth_error  # told twice, an error ends the execution
+        elif error.code == "VP024" and REPEAT_UNIT in error.message and text is self.text:
+            growth = self.growth_error
+            if growth is not None and self.begin <= (growth.line or 0) <= self.end:
+                return growth  # an error of the same words ends the execution, and is one finding
             error.message = error.message.replace(REPEAT_UNIT, f"{REPEAT_UNIT}, the last in {self.describe(language)}")
             error.line, error.column = self.begin, None
         return error

@@ -58,6 +58,11 @@ def find_slip(
     is_point = word[0] == ":" or re.fullmatch(r"[A-Z]+[-+]\d+-\d+", whole) is not None
     if (is_point or word == "Q") and text[begin - 1].isdigit():
         right = f"{whole[:-2]}Q{whole[-2]}" if word == "Q" else re.sub(r"(?<=\d)[-:]", ".", whole)
+        if word[0] == "-" and pattern.fullmatch(right):  # the keys of 0 and of the point are both beside it
+            rights = [re.sub(r"(?<=\d)-", "", whole), right]
+            edits = tuple(Remedy(f"write {one}", one, misspelt=whole, is_choice=True) for one in rights)
+            message = f"{whole}: - in a number; write {' or '.join(rights)}"
+            return statement.error("VP001", message, start, edits)
         if pattern.fullmatch(right):
             what = "a digit before its letter" if word == "Q" else f"{word[0]} in a number"
             return statement.error("VP001", f"{whole}: {what}; did you mean {right}?", start)

@@ -99,6 +99,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         ROW_OF_HOLES: "Haas: L holes of the cycle in force in a row at the angle J, I apart; *unverified*: the "
         "first is at X Y, or at the tool",
     },
+    "cancel": {800: "ends the canned cycle; axis words beside it move with the code that was in force before it"},
     "motion": {
         **{code: RS274.g_groups["motion"][code] for code in (0, 10, 20, 30)},
         NURBS: "NURBS interpolation: see Splines",
