@@ -208,7 +208,7 @@ def test_a_tool_sticks_out_of_its_holder_farther(write: Any, run: Callable[..., 
 )
 def test_an_editor_writes_a_clearance_of_a_cycle(name: str, old: str, new: str, write: Any) -> None:
     path = write(name, PROGRAMS[name])
-    given = dict(command.make_context("lsp", []).params)
+    given = dict(command.make_context("lsp", [], help_option_names=["-h", "--help"]).params)
     del given["extension"]
     inspector, texts = Inspector(given), {path: PROGRAMS[name]}
     found = inspector.check(path, texts, threading.Event())

@@ -45,7 +45,7 @@ HEADS = {
 
 @pytest.fixture(scope="module")
 def inspector() -> Inspector:
-    given = dict(command.make_context("lsp", []).params)
+    given = dict(command.make_context("lsp", [], help_option_names=["-h", "--help"]).params)
     del given["extension"]
     return Inspector(given)
 
