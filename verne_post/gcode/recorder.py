@@ -570,9 +570,9 @@ class Recorder(Struct):
 
         Heads of programs go to X and Y first, at a height that leaves room for the length of any tool.
         """
-        frames, heights, begin, low_lines = list(self.frames), dict[Frame, float](), 0, set[int]()
+        frames, heights, done, low_lines = list(self.frames), dict[Frame, float](), 0, set[int]()
         for line, count, tip, here in self.lowered_tips:
-            for first, end in iterate_blocks(count, begin):
+            for first, end in iterate_blocks(count, done):
                 rows = first + np.flatnonzero(~np.isin(table["kind"][first:end], (MoveKind.RAPID, MoveKind.DWELL)))
                 is_level = (table["end"][rows, 3:5] == 0).all(axis=1) & np.isnan(table["tool_axis"][rows, 0])
                 height = np.where(
@@ -582,7 +582,7 @@ class Recorder(Struct):
                     frame = replace(frames[number], tool=ZERO9)
                     highest = float(height[table["frame"][rows] == number].max())
                     heights[frame] = max(highest, heights.get(frame, -math.inf))
-            begin = count
+            done = count
             if list(heights) != [replace(here, tool=ZERO9)] or tip <= max(heights.values()):
                 low_lines.add(line)
         for line, *_place in self.lowered_tips:
