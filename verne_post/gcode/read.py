@@ -90,7 +90,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         unread_line = min((item.line or 0 for item in execution.errors if item.code in UNREADABLE), default=math.inf)
         warnings = [
             one
-            for one in execution.recorder.freeze(start, start_frame, {}).findings
+            for one in execution.recorder.warnings.values()
             if not (one.code == "VP038" and one.line in wrong)
             and not (one.code in ("VP009", "VP041", "VP046") and (one.line or 0) >= first)
             and not (one.code in ("VP024", "VP025") and (one.line or 0) >= unread_line)  # M300 for M30

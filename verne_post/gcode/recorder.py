@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.columns import BLOCK_ROWS, GrowingTable, iterate_blocks, release_memory
+from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.program_error import write_before
@@ -180,8 +180,6 @@ class Recorder(Struct):
     language: str = ""
     first_cut: int = 0
     machine_moves: list[int] = field(default_factory=list)
-    #: Line, number of the next move, height of the tip and frame, where VP046 warns of a longer tool.
-    lowered_tips: list[tuple[int, int, float, Frame]] = field(default_factory=list)
     length_ends: list[int] = field(default_factory=list)
     named_changes: list[int] = field(default_factory=list)
     assumed_axes: dict[int, int] = field(default_factory=dict)
@@ -565,30 +563,6 @@ class Recorder(Struct):
             return stock
         return replace(stock, frame=replace(first, g92=ZERO9, tool=ZERO9, feature=None))
 
-    def _drop_high_tips(self, table: Mapping[str, NDArray[Any]]) -> None:
-        """Drop VP046 where a longer tool is still above all that the program has cut under a level table.
-
-        Heads of programs go to X and Y first, at a height that leaves room for the length of any tool.
-        """
-        frames, heights, done, low_lines = list(self.frames), dict[Frame, float](), 0, set[int]()
-        for line, count, tip, here in self.lowered_tips:
-            for first, end in iterate_blocks(count, done):
-                rows = first + np.flatnonzero(~np.isin(table["kind"][first:end], (MoveKind.RAPID, MoveKind.DWELL)))
-                is_level = (table["end"][rows, 3:5] == 0).all(axis=1) & np.isnan(table["tool_axis"][rows, 0])
-                height = np.where(
-                    is_level, np.maximum(table["end"][rows, 2], table["end"][rows - (rows > 0), 2]), np.inf
-                )
-                for number in np.unique(table["frame"][rows]):
-                    frame = replace(frames[number], tool=ZERO9)
-                    highest = float(height[table["frame"][rows] == number].max())
-                    heights[frame] = max(highest, heights.get(frame, -math.inf))
-            done = count
-            if list(heights) != [replace(here, tool=ZERO9)] or tip <= max(heights.values()):
-                low_lines.add(line)
-        for line, *_place in self.lowered_tips:
-            if line not in low_lines:
-                self.warnings.pop((line, "VP046"), None)
-
     def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
         """Build the table.
 
@@ -601,7 +575,6 @@ class Recorder(Struct):
         """
         self._settle()
         table, arcs = self.table.freeze(), Arcs(**self.arc_table.freeze())
-        self._drop_high_tips(table)
         return Moves(
             arcs=arcs,
             splines=self.splines.freeze(),

@@ -437,8 +437,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "then moves too, to keep the tip at the same point of the part. A control without tool-centre-point control "
         "does not move these axes. (2) The tool length has changed, and the next block does not name Z. With a "
         "tilted table, the tip goes to the point that was programmed before. With a level table, the tip does not "
-        "move, so with a longer tool it is below that point. No warning is given if the tip is above all "
-        "points at which the program has begun or ended a cut so far.",
+        "move, so with a longer tool it is below that point.",
         "Name X, Y and Z in the block, or turn the table in machine coordinates (G53, SUPA, M91). In a Fanuc program "
         "(--dialect fanuc) the axes do not move while no length is in force: write G49 before the turn.",
     ),

@@ -499,8 +499,17 @@ def _list_in_file(findings: Iterable[Finding], name: str) -> Iterator[Finding]:
         if place := re.match(re.escape(name) + IN_FILE, item.message):
             line = int(place[1])
             own, edits = item.message[place.end() :], tuple(one for one in item.edits if one.way == "end")
-            item = replace(item, message=own, line=line, last_line=line, worst_line=line)
-            yield replace(item, column=None, count=1, lines=(), edits=edits)
+            yield replace(
+                item,
+                message=own,
+                line=line,
+                last_line=line,
+                worst_line=line,
+                column=None,
+                count=1,
+                lines=(),
+                edits=edits,
+            )
 
 
 def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -395,7 +395,6 @@ class Machining:
                 at.line,
                 None,
             )
-            self.recorder.lowered_tips.append((at.line, self.recorder.count, self.state.position[_Z], self.state.frame))
 
     def go_straight(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight to an end (9) in the active frame; under cutter compensation beside it.
