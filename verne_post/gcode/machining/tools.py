@@ -324,6 +324,13 @@ class Tools:
         if state.tools is None or number not in state.tools:
             text = f"the diameter of {name} is not known; {self.suggest_diameter(number)}{instead}"
             raise at.error("VP012", text, "D", name, key)
+        if self.setup.tool_length is not None and own and own != number and own not in diameters:
+            # a length for all tools hides that the set-up lacks this one
+            text = (
+                f"D{number}: {self._describe(own)} is in the spindle, and the set-up gives it no diameter; "
+                f"{self.suggest_diameter(own)}{instead}"
+            )
+            raise at.error("VP012", text, "D", name, find_tool_key(own, "diameter", state.tool_names))
         tool = self.find_called(number)
         assert tool is not None
         if tool.diameter <= 0:

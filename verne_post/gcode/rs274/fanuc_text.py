@@ -60,12 +60,9 @@ _OWN_CODES: Final = re.compile(
     rb"(?<![A-Z])G0*(?:68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P)|6\.2)(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
 )
-#: These need no header, where no word of RS274/NGC is beside them: calls of macros, look-ahead modes, the jumps and
-#: loops of macros, and the number of a further program, alone in the line after an end.
+#: These need no header, where no word of RS274/NGC is beside them: calls of macros, and look-ahead modes.
 _FANUC_ONLY: Final = re.compile(
-    rb"(?<![A-Z])G0*(?:6[56][ \t]*P[0-9]|5\.1[ \t]*Q[01]|[58][ \t]*P[0-9]+[ \t\r]*(?:[(;\n]|$))"
-    rb"|^[ \t]*(?:N\d+[ \t]*)?(?:(?:IF|WHILE)[ \t]*\[|GOTO[ \t]*\d)|M0*(?:2|30|99)[ \t\r]*\n\s*O[ \t]*\d+[ \t\r]*$",
-    re.IGNORECASE | re.MULTILINE,
+    rb"(?<![A-Z])G0*(?:6[56][ \t]*P[0-9]|5\.1[ \t]*Q[01]|[58][ \t]*P[0-9]+[ \t\r]*(?:[(;\n]|$))", re.IGNORECASE
 )
 #: Of these, which RS274/NGC does not have, several need no header: its line may be lost.
 _UNKNOWN_CODES: Final = re.compile(rb"(?<![A-Z])G0*(?:68\.2|53\.1|54\.1|69)(?![0-9.])", re.IGNORECASE)
