@@ -1468,10 +1468,13 @@ def test_a_word_that_tool_tables_lack_has_its_column(line, column):
     assert finding.message.endswith("Q; the length is Z") is ("L80" in line)
 
 
-def test_a_length_for_all_tools_gives_no_tool_the_diameter_of_another(machine):
-    program = f"{HEAD}T3 M6\nS3000 M3\nG43 H3\nG0 X-40 Y-40 Z50\nG41 D1 G1 X-20 Y-20 F500\nX9\nX9 Y9\nG40 X30 Y30\nM30"
-    tools = {1: Tool(1, 1, (0, 0, 80, *(0,) * 6), 10)}
-    options = Options(dialect="rs274", tools=tools, tool_length=70.0, wcs={"G54": (0, 0, 40)})
-    (error,) = (one for one in check(program.encode(), machine, options).findings if one.severity == "error")
+def test_a_length_for_all_tools_gives_no_tool_the_diameter_of_another(machine, tmp_path):
+    path = tmp_path / "p.ngc"
+    path.write_text(
+        f"{HEAD}T3 M6\nS3000 M3\nG43 H3\nG0 X-40 Y-40 Z50\nG41 D1 G1 X-20 Y-20 F500\nX9\nX9 Y9\nG40 X30 Y30\nM30"
+    )
+    Path(f"{path}.toml").write_text("[tools]\n1 = { length = 80, diameter = 10 }\n[wcs]\nG54 = [0, 0, 40]\n")
+    findings = check(path, machine, Options(dialect="rs274", tool_length=70.0)).findings
+    (error,) = (one for one in findings if one.severity == "error")
     assert (error.code, error.line) == ("VP012", 7)
     assert error.message.startswith("D1: tool 3 is in the spindle, and the set-up gives it no diameter; ")
