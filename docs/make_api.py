@@ -32,7 +32,8 @@ if result.ok:
 A program that stops for the operator (M0, a tool change by hand) has one part for each stretch between its stops, and
 needs `split_at_stops=True`. Every other program has one part.
 
-`to_pandas()` and `to_polars()` make data frames. They need the extras `pandas` and `polars` ([install](install.md)).
+A notebook shows results, findings and setpoints as tables. `to_pandas()` and `to_polars()` make data frames. They need
+the extras `pandas` and `polars` ([install](install.md)).
 
 **Programs** are `bytes`, text (`str`), or a `pathlib.Path`. With a path, subprograms in the same folder are found, and
 the set-up `part.nc.toml` is read, as on the command line.

@@ -26,5 +26,6 @@ with tempfile.TemporaryDirectory() as name:
         take(browser, "tutorial_report.png", AT, 11)
         # the end of the move that leans the tool most
         take(browser, "tutorial_machine.png", f"{AT} report.view('fit')", 12, part="#stage")
-    with report_page("lean.nc --wcs G54=0,0,620", SIZE, folder) as browser:
+    # its findings stand above the machine: a taller page, or the machine is cut off
+    with report_page("lean.nc --wcs G54=0,0,620", (SIZE[0], 1100), folder) as browser:
         take(browser, "tutorial_refused.png", AT, 13, part="#stage")

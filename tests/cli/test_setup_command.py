@@ -856,7 +856,7 @@ def test_a_tool_change_before_the_start_asks_for_no_split(run: Callable[..., Any
 def test_setup_prints_the_command_that_converts_a_program_with_two_tools(
     run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is run as it is printed, and again where the set-up needs nothing more; a program of one part has none."""
+    """It is run as it is printed, and again where the set-up needs nothing more; one of one part is checked next."""
     monkeypatch.chdir(tmp_path)
     cut = "G54 G0 X{0} Y0 Z20\nG43 H{0} Z10\nG1 Z5 F500\nG0 Z50\n"
     Path("two parts.nc").write_text(f"G21 G90\nT1 M6\nG0 A0 C0\n{cut.format(1)}T2 M6\n{cut.format(2)}M2\n", "utf-8")
@@ -874,4 +874,8 @@ def test_setup_prints_the_command_that_converts_a_program_with_two_tools(
     again = run("setup", "two parts.nc", "--setup", "other.toml", "-o", "other.toml").err
     assert "nothing is missing\nconvert it with: verne-post 'two parts.nc' -o axes.csv --setup other.toml (" in again
     Path("one.nc").write_text(f"G21 G90\nT1 M6\nG0 A0 C0\n{cut.format(1)}M2\n", "utf-8")
-    assert "convert it with" not in run("setup", "one.nc").err
+    assert run("setup", "one.nc").err.endswith("the place of G54\nthen check it with: verne-post check one.nc\n")
+    Path("one.nc.toml").write_text(Path("first.toml").read_text("utf-8").replace("split_at_stops", "#"), "utf-8")
+    again = run("setup", "one.nc", "--machine", "verne").err
+    command = re.findall(r"^check it with: (verne-post check .*)$", again, re.MULTILINE)[0]
+    assert command == "verne-post check one.nc --machine verne" and run(*shlex.split(command)[1:]).code == 0

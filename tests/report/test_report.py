@@ -637,6 +637,7 @@ def test_a_static_picture(tmp_path: Path, run: Callable[..., Any], suffix: str) 
             assert pixels[..., :3].std() > 0.05
         else:
             assert raw.count(b"<path") > 20
+            assert b"<!-- position mm -->" in raw and b"<!-- position deg -->" in raw
 
 
 @pytest.mark.parametrize(

@@ -340,7 +340,7 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
             changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
             if _is_right_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program):
                 there = "has" if is_hole else "ends at"
-                said = f"within limits if line {start} {there} {letter} {value} instead of {word[2]}"
+                said = f"within limits if line {start} {there} {letter} {value} instead of {word[2].rstrip('.')}"
                 return Remedy(said, value, line=start, word=one.word)
     return None
 

@@ -104,11 +104,16 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
                 f"it names no machine: give --machine again, or write machine = {make_printable(json.dumps(named))} "
                 "in verne-post.toml\n"
             )
-        if not is_dash(output) and tomllib.loads(text).get("split_at_stops"):
+        if not is_dash(output):
             kept = {key: value for key, value in given.items() if key not in _WRITTEN}  # the others are in the file
             written = kept | {"setup_file": None if output == Path(f"{input_name}.toml") else str(output)}
-            spelled = find_given_run(written).spell("convert", input_name, "", "-o axes.csv")
-            say(f"convert it with: {spelled} (one file for each part, axes.1.csv, ...)\n")
+            run = find_given_run(written)
+            if tomllib.loads(text).get("split_at_stops"):
+                spelled = run.spell("convert", input_name, "", "-o axes.csv")
+                say(f"convert it with: {spelled} (one file for each part, axes.1.csv, ...)\n")
+            elif not others:  # after a correction, setup itself comes next
+                then = "then " * bool(missing)
+                say(f"{then}check it with: {run.spell('check', input_name)}\n")
     return ExitStatus.CLEAN
 
 

@@ -45,7 +45,7 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
         for joint in joints:
             curve = study.curves["position"][joint]
             axes.plot(curve.x, curve.values, lw=0.8, label=machine.columns[joint].joint)
-        axes.set_ylabel(machine.columns[joints[0]].unit)
+        axes.set_ylabel(f"position {machine.columns[joints[0]].unit}", fontsize=7)
         axes.legend(fontsize=7, loc="upper right")
         axes.tick_params(labelsize=7)
     for row, name in enumerate(names, start=2):
