@@ -377,6 +377,29 @@ def test_findings_of_the_whole_batch(folder: Path, run: Callable[..., Any]) -> N
     assert read_reports() == first
 
 
+def test_a_warning_about_a_set_up_stands_at_its_line_there(folder: Path, run: Callable[..., Any]) -> None:
+    """It had the file of the program and no line, in each format; the set-up of the program before has other tools."""
+    shutil.rmtree(folder / "in")
+    Path("in").mkdir()
+    for name, tool in (("a", 8), ("b", 9)):
+        Path(f"in/{name}.nc").write_text("T1 M6\nG43 H1\n" + GOOD.format(z=50, x=10))
+        Path(f"in/{name}.nc.toml").write_text(
+            f"[wcs]\nG54 = [0, 0, 20]\n[tools.{tool}]\nlength = 80\n[tools.1]\nlength = 60\n"
+        )
+    for line in (3, 4):  # the second time the rows are known, and a comment has moved the lines of one set-up
+        answer = run("batch", "in", "-o", "out", "-j", 1, "--sarif", "s.json", "--github")
+        assert f"file=in/b.nc.toml,line={line},col=1,title=VP041" in answer.out
+        assert "in/a.nc.toml:3:1: VP041 warning: tools.8 of" in answer.err
+        results = json.loads(Path("s.json").read_text())["runs"][0]["results"]
+        places = [one["locations"][0]["physicalLocation"] for one in results if one["ruleId"] == "VP041"]
+        assert [(one["artifactLocation"]["uri"], one["region"]["startLine"]) for one in places] == [
+            ("in/a.nc.toml", 3),
+            ("in/b.nc.toml", line),
+        ]
+        Path("in/b.nc.toml").write_text("# lengths in mm\n" + Path("in/b.nc.toml").read_text())
+    assert "(as before)" in run("batch", "in", "-o", "out", "-j", 1).out
+
+
 def test_hidden_folders_are_not_searched(folder: Path, run: Callable[..., Any]) -> None:
     """A virtual environment has C headers, which end as Klartext does; what is named by itself is read."""
     for name in (".all/.venv/numpy.h", ".all/sub/.cache/deep/a.nc"):

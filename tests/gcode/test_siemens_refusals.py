@@ -185,6 +185,7 @@ def test_how_far_the_part_is_turned_is_not_read_as_nothing(machine: Machine, tur
         ("CYCLE83(50,40,2)", "VP005", 7, 3),
         ("CYCLE84(50,40,2,20,,0,3,6,,0,100,100)", "VP048", 7, 1),
         ("POCKET3(60,40,2,20,30,20,12,0,0,0,2,0,0,500,200,0,11,4)", "VP007", 32, 3),
+        ("CYCLE83(50,40,2,20,,35,,5,0,0,1,0,1)", "VP017", 41, 3),
     ],
 )
 def test_a_wrong_value_of_mcall_stands_in_its_line(call: str, code: str, column: int, count: int) -> None:
@@ -215,6 +216,21 @@ def test_a_forgotten_mcall_is_named_once() -> None:
         "MCALL of line 6 still calls CYCLE83; write MCALL alone before this motion if it is"
     )
     assert verne_post.check(source.replace("TRAORI", "MCALL\nTRAORI"), "verne", options).ok
+
+
+@pytest.mark.parametrize("modal", ["MCALL ", ""])
+def test_a_hole_along_another_axis_than_the_tool_names_axn(modal: str) -> None:
+    """Ninety words named MCALL, and _DIR of CYCLE800, which are right."""
+    plane = 'G71 G90\nT1 M6 D1\nS900 M3\nG0 X0 Y0 Z60\nCYCLE800(0,"",0,57,0,0,40,20,0,0,0,0,0,-1)\nG0 X0 Y0 Z60\nF600\n'
+    source = f"{plane}{modal}CYCLE83(50,40,2,20,,35,,5,0,0,1,0,1)\nX5\n{modal}\nCYCLE800()\nM30\n"
+    tools = {1: verne_post.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = verne_post.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    (found,) = verne_post.check(source, "verne", options).findings
+    assert (found.code, found.line, found.column) == ("VP017", 8, 35 + len(modal))
+    assert found.message == (
+        "CYCLE83: _AXN 1 drills along X, but the tool points along Z: it would be dragged sideways; write _AXN 3"
+    )
+    assert verne_post.check(source.replace("0,1)\nX5", "0,3)\nX5"), "verne", options).ok
 
 
 def test_words_of_the_group_that_does_not_decide_are_shown() -> None:

@@ -332,6 +332,23 @@ def test_the_sheet_says_what_to_do_at_a_stop(dialect: str, stop: str, said: str)
     assert f"|{said}|" in page
 
 
+@pytest.mark.parametrize(
+    ("between", "said"),
+    [
+        ("", "|none besides the tools above, each put in at its line|"),
+        ("M0\n", "|program stop|Besides: the tools above, each put in at its line.|"),
+    ],
+)
+def test_the_sheet_says_that_the_operator_puts_tools_in(between: str, said: str) -> None:
+    """The actions were none, while convert named one for each tool."""
+    text = f"T1 D1 M6\nG0 X0\nG1 X1 F600\n{between}T2 D1 M6\nG1 X2\nM30\n".encode()
+    options = Options(dialect="siemens", tools={1: 80, 2: 80}, wcs={"G54": (0, 0, 60)}, split_at_stops=True)
+    page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p", text, MACHINE, study(text, MACHINE, options)))
+    actions = page.partition("|Actions of the operator")[2]
+    assert said in actions
+    assert "put in tool" not in actions  # a tool is told once
+
+
 def test_the_sheet_of_a_program_that_cannot_be_read_has_the_set_up() -> None:
     tools = {2: Tool(2, 2, (0, 0, 0, 0, 0, 0, 0, 0, 0), unmeasured="line 2"), 1: 120.0}
     options = Options(tools=tools, wcs={"G55": (1, 2, 45.5)}, unmeasured_wcs={1: "p.nc.toml"})

@@ -265,13 +265,13 @@ def _make_jobs(
     jobs = []
     for target, program in sorted(found.items(), key=lambda item: item[1]):
         wrong: tuple[Finding, ...] = ()
+        files.tables.clear()
         try:
             options = build_options(files, program, program, **given)
         except InputError as error:  # in its set-up: the others are converted all the same
             options, wrong = Options(source_name=program), error.findings
-        jobs.append(
-            Job(program, output, target, machines[program], options, file_format, given["subroutine_path"], wrong)
-        )
+        paths, tables = given["subroutine_path"], tuple(files.tables)
+        jobs.append(Job(program, output, target, machines[program], options, file_format, paths, wrong, tables))
     return jobs
 
 

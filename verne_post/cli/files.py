@@ -111,6 +111,8 @@ class RunFiles:
         self._output: str | None = None
         self._input_bytes: bytes | None = None
         self._asked: set[str] = set()
+        #: Names of TOML files in the order of reading; `batch` empties it before the options of each program.
+        self.tables: list[str] = []
         for stream in (sys.stdout, sys.stderr):
             self._written.update(dict.fromkeys(_make_stream_keys(stream), ("standard output", "")))
 
@@ -129,6 +131,8 @@ class RunFiles:
             if other != what:
                 raise _make_conflict_error(other, where, what)
             self._read[key] = self._read.pop(key, (what, name))[0], name
+        if not is_dash(name) and show_name(name).endswith(".toml"):
+            self.tables.append(str(name))
         self._refuse_part_name(name, what)
 
     def expect(self, name: _Name, what: str) -> None:

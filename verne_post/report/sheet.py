@@ -104,7 +104,10 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         return "".join(parts)
     parts.insert(1, _write_start(machine, study))
     actions = _list_actions(source, study, remarks)
-    parts.append(_write_titled_table("Actions of the operator", ("line", "time, s", "what"), actions))
+    tools = "the tools above, each put in at its line" if places else ""
+    heads, note = ("line", "time, s", "what"), f"Besides: {tools}." if tools and actions else ""
+    none = f"none besides {tools}" if tools else "none"
+    parts.append(_write_titled_table("Actions of the operator", heads, actions, note=note, none=none))
     if in_parts := _list_parts(study):
         parts.append(_write_titled_table("Parts of the setpoint file", ("part", "lines", "tools", "time, s"), in_parts))
     return "".join(parts)
@@ -164,14 +167,22 @@ def _join_lines(text: str) -> str:
 
 
 def _write_titled_table(
-    title: str, heads: Row, rows: Iterable[Row], *, named: bool = False, wide: bool = False, note: str = ""
+    title: str,
+    heads: Row,
+    rows: Iterable[Row],
+    *,
+    named: bool = False,
+    wide: bool = False,
+    note: str = "",
+    none: str = "none",
 ) -> str:
     """Write a table under its title; ``named`` ones end with names, such as paths, which break anywhere.
 
-    ``wide`` ones take two columns of the sheet where it has them. A ``note`` stands below the table.
+    ``wide`` ones take two columns of the sheet where it has them. A ``note`` stands below the table, ``none`` in its
+    place where it has no rows.
     """
     body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    table = write_table(heads, body) if body else "<p>none</p>"
+    table = write_table(heads, body) if body else f"<p>{escape_text(none)}</p>"
     table += f"<p>{escape_text(note)}</p>" if note else ""
     kinds = [*["named"] * named, *["wide"] * wide]
     return f'<div class="{" ".join(kinds)}"><h3>{title}</h3>{table}</div>'

@@ -71,7 +71,7 @@ class _Hole:
                 "VP002", f"_DMODE {given.read_whole('_DMODE')} is not executed; 0 to 3 name the plane", "_DMODE"
             )
         number = interpreter.state.plane if plane == 0 else plane - 1
-        self.normal = PLANES[number][2]
+        self.normal = self.upright = PLANES[number][2]
         if axis:
             if axis not in (1, 2, 3):
                 raise given.error("VP007", f"_AXN {axis}: axes of the plane are 1 to 3", "_AXN")
@@ -95,6 +95,12 @@ class _Hole:
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.block)
         if (tool := to.core.find_tilted_tool(self.normal)) is not None:
+            if self.normal != self.upright and to.core.find_tilted_tool(self.upright) is None:
+                axis, along = self.given.read_whole("_AXN"), f"the tool points along {AXES[self.upright]}"
+                text = f"_AXN {axis} drills along {AXES[self.normal]}, but {along}: it would be dragged sideways"
+                error = self.given.error("VP017", f"{text}; write _AXN 3", "_AXN")
+                error.line = self.given.call.line  # it stands there wherever MCALL calls it
+                raise error
             remedy = explain_tilted_tool(to.core, "CYCLE800", self.normal)
             what = f"{name} drills along {AXES[self.normal]}, but {tool}"
             raise refuse_sideways(to.core, what, remedy, self.given.call.column)

@@ -176,12 +176,12 @@ class Executor:
             else:
                 self.drilling.run(call, line, holes)
         except ProgramError as error:
-            if error.code in _OF_VALUES:
+            if error.code in _OF_VALUES or error.line == call.line:
                 error.line, error.of_program, error.of_value = call.line, True, True
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             # the cycle does not belong here: it was to end before, and is taken as ended; not where the plane is wrong
-            if error.code == "VP017" and not error.cause:
+            if error.code == "VP017" and not (error.cause or error.of_value):
                 watcher, otherwise = self.interpreter.core.watcher, "before this motion if it is no place of it"
                 watcher.explain(error, _name_modal(call), _END_MODAL, line, otherwise)
                 self.modal = None
