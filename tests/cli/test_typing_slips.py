@@ -417,6 +417,11 @@ def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_p
     [
         ("tool_length = 8O", "tool_length = 80"),
         ("tool_length = 80mm", "tool_length = 80"),
+        ("tool_length = 80 mm", "tool_length = 80"),
+        ('tool_length = "80 mm"', "tool_length = 80"),
+        ("tools.1 = { length = 80 mm, diameter = 10 }", "tools.1 = { length = 80, diameter = 10 }"),
+        ("tools.1 = { length = 80 mm, diameter = 6 mm }", "tools.1 = { length = 80, diameter = 6 mm }"),
+        ("home = [0, 0, 40 mm]", "home = [0, 0, 40]"),
         ("tool_length = 80.", "tool_length = 80.0"),
         ("machine = ac_trunnion", 'machine = "ac_trunnion"'),
         ("machine = \u201cac_trunnion\u201d", 'machine = "ac_trunnion"'),
@@ -443,6 +448,14 @@ def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wr
     (item,) = (replace(one, line=one.file_line, file=None) for one in found if one.code == "VP503")
     (fix,) = find_file_fixes(inspector, path, item, {path: text}, NEVER)
     assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == text.replace(wrong, right)
+
+
+@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9S", "9.5.0"])
+def test_a_slip_of_a_setup_has_no_edit_that_leaves_no_toml(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
+    """Nor one that makes 80 mm of 80 cm."""
+    path, text = tmp_path / "a.ngc.toml", f"tool_length = {wrong}\n[wcs]\nG54 = [0, 0, 60]\n"
+    (item,) = inspector.check_file(path, {path: text}, NEVER)[0]
+    assert find_file_fixes(inspector, path, replace(item, line=item.file_line, file=None), {path: text}, NEVER) == []
 
 
 def test_a_jump_in_the_wrong_direction(inspector: Inspector, tmp_path: Path) -> None:
