@@ -26,7 +26,7 @@ from verne_post.model.part_setup import Tool
         ),
         ("[tools]\n1 = { length = 80 }", 'belongs into the set-up PROGRAM.toml of a program, or [setup."*.nc"]'),
         ('[options]\nmachine = "verne"', "machine belongs above the first [table]"),
-        ('[options.fanuc]\ndwell = "seconds"', "write [fanuc], a table of its own"),
+        ('[options.fanuc]\ndwell = "seconds"', "write [fanuc], another table"),
         ('[fanuc]\nrotation = "rpy"', "fanuc.rotation is not a key of this control; rotation belongs into [siemens]"),
     ],
 )
