@@ -14,6 +14,7 @@ from verne_post.cli.lsp.inspector import Inspector
 
 __all__ = ["inspector"]
 
+SHIFT = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10\nCYCL DEF {} Y+5\nCYCL DEF 7.3 Z+1"
 DRILLING = "CYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-1 ~\n Q206=9 ~\n Q202=5 ~\n Q210=0 ~\n {} ~\n Q211=0"
 LOOP = "R1=3\n{}\nR1=R1-1\n{}"
 
@@ -234,7 +235,10 @@ def test_a_sign_of_siemens_that_is_missing_or_too_many(
         (DRILLING.replace("{} ~", "Q203=+1 Q204=+3 ;CLEAR"), ";CLEAR", ";CLEAR ~", "write ~"),
         ("L Z+33 300 M8", "Z+33 300", "Z+33 F300", "write Z+33 F300"),
         ("L X+2 250 Y+1", "X+2 250", "X+2.250", "write X+2.250 or X+2250"),
-        ("L X+2-50 Y+1", "X+2-50", "X+2.50", "- in a number; did you mean X+2.50?"),
+        ("L X+2-50 Y+1", "X+2-50", "X+2.50", "- in a number; write X+250 or X+2.50"),
+        (SHIFT.format("8.2"), "8.2", "7.2", "8.2: the line above is of cycle 7; did you mean 7.2?"),
+        (SHIFT.format("4.2"), "4.2", "7.2", "4.2: the line above is of cycle 7; did you mean 7.2?"),
+        ("CYCL DEF 10.0 ROTATION\nCYCL DEF 11.1 ROT+30", "11.1", "10.1", "of cycle 10; did you mean 10.1?"),
         ("CALL LBL 7\nM30\nLB 7\nL X+5\nLBL 0", "LB 7", "LBL 7", "did you mean LBL?"),
         ('CALL LBL "ON"\nM30\nLL "ON"\nL X+5\nLBL 0', 'LL "ON"', 'LBL "ON"', "did you mean LBL?"),
         ('CALL "ON" LBL\nM30\nLBL "ON"\nL X+5\nLBL 0', '"ON" LBL', 'LBL "ON"', "two words in the wrong order"),
@@ -417,6 +421,11 @@ def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_p
     [
         ("tool_length = 8O", "tool_length = 80"),
         ("tool_length = 80mm", "tool_length = 80"),
+        ("tool_length = 80 mm", "tool_length = 80"),
+        ('tool_length = "80 mm"', "tool_length = 80"),
+        ("tools.1 = { length = 80 mm, diameter = 10 }", "tools.1 = { length = 80, diameter = 10 }"),
+        ("tools.1 = { length = 80 mm, diameter = 6 mm }", "tools.1 = { length = 80, diameter = 6 mm }"),
+        ("home = [0, 0, 40 mm]", "home = [0, 0, 40]"),
         ("tool_length = 80.", "tool_length = 80.0"),
         ("machine = ac_trunnion", 'machine = "ac_trunnion"'),
         ("machine = \u201cac_trunnion\u201d", 'machine = "ac_trunnion"'),
@@ -443,6 +452,14 @@ def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wr
     (item,) = (replace(one, line=one.file_line, file=None) for one in found if one.code == "VP503")
     (fix,) = find_file_fixes(inspector, path, item, {path: text}, NEVER)
     assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == text.replace(wrong, right)
+
+
+@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9S", "9.5.0"])
+def test_a_slip_of_a_setup_has_no_edit_that_leaves_no_toml(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
+    """Nor one that makes 80 mm of 80 cm."""
+    path, text = tmp_path / "a.ngc.toml", f"tool_length = {wrong}\n[wcs]\nG54 = [0, 0, 60]\n"
+    (item,) = inspector.check_file(path, {path: text}, NEVER)[0]
+    assert find_file_fixes(inspector, path, replace(item, line=item.file_line, file=None), {path: text}, NEVER) == []
 
 
 def test_a_jump_in_the_wrong_direction(inspector: Inspector, tmp_path: Path) -> None:

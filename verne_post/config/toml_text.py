@@ -27,8 +27,7 @@ _DENSE_COMMA: Final = re.compile(
 _WORD: Final = re.compile(r"[^\s,=\[\]{}#\"']+")
 _WITH_O: Final = re.compile(r"[-+]?(?=[\d.]*[Oo])[\dOo.]+")
 _OPEN_POINT: Final = re.compile(r"([-+]?)(?:(\d+)\.|(\.\d+))")
-_WITH_UNIT: Final = re.compile(r"([-+]?\d+(?:\.\d+)?)(mm|cm|m|in|inch|deg|°|s|ms)")
-_SPACED_UNIT: Final = re.compile(r"([-+]?\d+(?:\.\d+)?)[ \t]+(mm|cm|m|in|inch|deg|°|s|ms)\b")
+_WITH_UNIT: Final = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)[ \t]*((?i:mm|cm|in|inch|deg)|m|°|s|ms)(?!\w)")
 _ZERO_FIRST: Final = re.compile(r"([-+]?)0+(\d+(?:\.\d+)?)")
 #: Numbers that are meant as a list: without brackets, in round ones, or without commas.
 _NUMBERS: Final = re.compile(
@@ -111,8 +110,10 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if (numbers := _NUMBERS.search(bare)) is not None and numbers.start() < column:
         right = ", ".join(re.split(r"[ \t]*[,; \t][ \t]*", numbers[1]))
         return f"a list has brackets, and commas between its numbers; write [{right}]"
-    if unit := _SPACED_UNIT.search(bare):
-        return f"{unit[0]}: a number has no unit; write {unit[1]}, in the unit of the key"
+    unit = next((one for one in _WITH_UNIT.finditer(bare) if one.start() < column <= one.end()), None)
+    if unit is not None:
+        right = f"write {unit[1]}, in" if unit[2].lower() in ("mm", "deg", "°", "s") else "write it in"
+        return f"{unit[0]}: a number has no unit; {right} the unit of the key"
     if bare[:column].lstrip()[:1] in (";", "/", "(") or (
         bare[column - 1 : column] in (";", "/") and "inline table" not in message
     ):
@@ -133,8 +134,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"{word[0]}: a number needs a digit on both sides of the point; write {right}"
     if zero := _ZERO_FIRST.fullmatch(word[0]):
         return f"{word[0]}: a number does not begin with 0; write {zero[1]}{zero[2]}"
-    if unit := _WITH_UNIT.fullmatch(word[0]):
-        return f"{word[0]}: a number has no unit; write {unit[1]}, in the unit of the key"
+    if re.match(r"[-+.]*\d", word[0]) and not message.startswith("Expected '='"):
+        return f"{word[0]}: not a number; write digits with one point at most"
     if "Invalid value" not in message or not word[0][0].isalpha():
         return ""
     key = re.search(r"([\w-]+)[ \t]*=[ \t]*$", bare[: word.start()])

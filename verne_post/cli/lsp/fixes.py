@@ -24,6 +24,7 @@ from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import (
+    SYNTAX_PLACE,
     Change,
     Edit,
     Key,
@@ -33,7 +34,7 @@ from verne_post.config.toml_entries import (
     list_entries,
     plan_edit,
 )
-from verne_post.config.toml_text import replace_pasted
+from verne_post.config.toml_text import read_toml, replace_pasted
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.gcode.rs274.fanuc_points import add_points
@@ -47,8 +48,8 @@ _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 #: A value of a TOML file that is written as none of TOML, as a number with a comma, and a number in quotes.
 _VALUE_OF_TOML: Final = re.compile(
-    r"(\S+): (?:[^;:]+; )?write (\"[^\"]+\"|[^\s,;]+)(?:, in|$)"
-    r"|= '([-+]?\d+(?:\.\d+)?)': expected a (?:whole )?number"
+    r"([-+\d.]+[ \t]+[a-zA-Z°]+|\S+): (?:[^;:]+; )?write (\"[^\"]+\"|[^\s,;]+)(?:, in|$)"
+    r"|= '(([-+]?\d+(?:\.\d+)?)(?: *(?:mm|deg|°))?)': expected a (?:whole )?number"
 )
 _REPLACE_PASTED: Final = "Replace typographic dashes, quotes and spaces"
 #: What stands before the rest of an expression: without that, a variable would get another value.
@@ -145,9 +146,30 @@ def _name_place(item: Finding) -> str:
 def _list_worked_out(proposed: Iterator[Fix]) -> Iterator[Fix]:
     """Edits up to one that cannot be worked out: editors ask at every move of the cursor, and show each failure."""
     try:
-        yield from proposed
+        yield from filter(_keeps_toml, proposed)
     except Exception as error:
         _report_failure(error)
+
+
+def _keeps_toml(fix: Fix) -> bool:
+    """Whether a TOML file is one after an edit; of one that was none, the next mistake may stand behind the edit."""
+    if fix.path.suffix != ".toml":
+        return True
+    before, after = _find_mistake(fix.text or ""), _find_mistake(_change_texts(fix, {})[fix.path])
+    if before is None or after is None:
+        return after is None
+    *above, last = f"{(fix.text or '')[: fix.begin]}{fix.new}".split("\n")
+    return after[0] > before[0] or after > (len(above) + 1, len(last))
+
+
+def _find_mistake(text: str) -> tuple[int, int] | None:
+    """The line and column, from 1, where a text is no TOML; zeros where that is not told."""
+    try:
+        read_toml(text.encode())
+    except ValueError as error:
+        place = SYNTAX_PLACE.search(str(error))
+        return (0, 0) if place is None else (int(place[1]), int(place[2]))
+    return None
 
 
 def _try_fix(
@@ -251,7 +273,7 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
         written = re.search(rf"(?<![\w.]){re.escape(wrong_value[1] or wrong_value[3])}(?![\w.])", lines[at - 1])
         quoted = re.search(rf"([\"']){re.escape(wrong_value[3] or '')}\1", lines[at - 1]) if wrong_value[3] else None
         if (there := quoted or written) is not None:
-            begin, new = _find_offset(text, at - 1) + there.start(), wrong_value[2] or wrong_value[3]
+            begin, new = _find_offset(text, at - 1) + there.start(), wrong_value[2] or wrong_value[4]
             yield Fix(f"Write {new} in place of {there[0]}", path, text, begin, begin + len(there[0]), new)
     if (new := replace_pasted(text)) != text:
         yield Fix(_REPLACE_PASTED, path, text, 0, len(text), new)

@@ -102,6 +102,7 @@ class KlartextPatterns:
         """CYCL DEF: a setting takes effect, a machining cycle is kept, a pattern runs at once."""
         head = read_head(statement)
         number = head.number
+        self.settings.refuse_other_number(statement, head)
         if (number in REFUSED_CYCLES or number not in CYCLES) and (meant_number := find_cycle_of(head)):
             text = f"{number}: no cycle of these parameters; did you mean {meant_number}?"
             raise statement.error("VP001", text, head.begin)

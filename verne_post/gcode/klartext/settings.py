@@ -50,6 +50,8 @@ _LAST_NAMED_SYSTEM: Final = 9
 _WORD_OF_VALUES: Final = re.compile(
     r"(?<![\w.-])(?:I?[XYZABCUVW]|ROT|SCL|ANGLE)[ \t]*[-+][ \t]*(?:\d|Q[LR]?\d)[\d.,]*(?!\w)"
 )
+#: What stands in the lines of a cycle, where no other cycle that is a digit away has the same.
+_WORDS_OF_LINES: Final = {7: re.compile(rf"(?:{_COORDINATE.pattern})+[ \t]*"), 10: _ROTATION, 11: _SCALE}
 #: A row of the datum table, in cycle 7 and after TRANS.
 _ROW: Final = re.compile(rf"[ \t]*(?:#|TABLINE)[ \t]*({VALUE})[ \t]*")
 _TABLE: Final = re.compile(r"[ \t]*\"([^\"]+)\"[ \t]*")
@@ -97,6 +99,7 @@ class KlartextSettings:
         self.table: str | None = None
         #: The cycle of the statement before; None where that defines none.
         self.open_cycle: int | None = None
+        self.open_part = 0  #: The part of its last line, as 1 of 7.1.
         self.ends_outer_mirror = False  #: Line 0 of the present cycle 8 has ended a mirror image of before the plane.
         #: Line and number of the cycle before, of which nothing but its name has been read.
         self.lone_head: tuple[int, int] | None = None
@@ -104,6 +107,22 @@ class KlartextSettings:
         self.cut_head: tuple[int, int] | None = None
         self.headless_line = 0  #: Of the last line of a cycle whose line 0 was missing before it.
         self.shifted_lines: dict[str, int] = {}  #: Axis -> the line of the present cycle 7 that has it.
+
+    def refuse_other_number(self, statement: Statement, head: Head) -> None:
+        """Refuse 8.2 where the line before has 7.1 and the words are those of cycle 7: one digit is wrong.
+
+        Raises
+        ------
+        ProgramError
+            VP001: the next line is read as if the digit were right.
+        """
+        own, other, words = self.open_cycle, str(head.number), _WORDS_OF_LINES.get(self.open_cycle or 0)
+        if words is None or own == head.number or head.part != self.open_part + 1 or not words.fullmatch(head.rest):
+            return
+        if len(str(own)) == len(other) and sum(map(str.__ne__, str(own), other)) == 1:
+            self.open_part, self.lone_head = head.part, None
+            text = f"{other}.{head.part}: the line above is of cycle {own}; did you mean {own}.{head.part}?"
+            raise statement.error("VP001", text, head.begin)
 
     def execute_setting(self, statement: Statement, head: Head) -> bool:
         """One line of a setting cycle; False where the cycle is none."""
@@ -127,7 +146,7 @@ class KlartextSettings:
             self.lone_head = None
         else:
             self.close_cycle()
-        self.open_cycle = head.number
+        self.open_cycle, self.open_part = head.number, head.part or 0
         if not head.part and head.number in _NEEDS_VALUES and self.headless_line != statement.line - 1:
             self.lone_head = statement.line, head.number
         if not head.part and head.number in _NEEDS_VALUES and (word := _WORD_OF_VALUES.search(head.rest)):
