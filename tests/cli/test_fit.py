@@ -538,3 +538,15 @@ def test_fit_names_the_line_in_machine_coordinates(run: Callable[..., Any], tmp_
     assert "line 5 is in machine coordinates" in both.out and "With --wcs G54=" in both.out
     path.write_text(path.read_text("utf-8").replace("Z500.", "Z150."), encoding="utf-8")
     assert json.loads(run("fit", path, *given, "--wcs", "G54=0,0,200", "--json").out)["fixed_lines"] == []
+
+
+def test_fit_and_explain_name_the_line_that_gave_a_kept_angle(run: Callable[..., Any], tmp_path: Path) -> None:
+    """Neither sends to the other: A of line 3 is what is wrong in line 5, and explain has no values for line 5."""
+    path = tmp_path / "kept.nc"
+    path.write_text("G21 G90 G94 G54\nG0 X0 Y0 Z50 A0 C0\nG1 X20 A105 F1000\nG49\nG0 G53 Z0\nM30\n", encoding="utf-8")
+    given = ("--tool-length", 60, "--wcs", "G54=-246,-247,290,48")
+    kept = "ine 5 keeps A 105 of line 3: correct line 3 first"
+    said = run("fit", path, *given, "--free", "z", "--range", "z=289,291").out
+    assert f"no work offset helps. L{kept}." in said and "verne-post explain" not in said
+    said = run("explain", f"{path}:5", "--tool-length", 60, "--wcs", "G54=0,0,60").out
+    assert f"l{kept}" in said and "verne-post fit" not in said

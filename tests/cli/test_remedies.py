@@ -376,3 +376,14 @@ def test_explain_names_fit_where_the_place_of_the_part_changes_the_tilt(
             assert "no other table solution was found; the part was not moved" in told
             assert f"`verne-post fit {path} --machine {machine} " in told
         assert "no move within" not in told
+
+
+def test_a_small_move_is_proposed_on_and_beside_an_axis_of_symmetry(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """On the pole of the wrist no direction is better than its reverse; beside it, Z alone would need 230 mm."""
+    program = tmp_path / "pole.nc"
+    program.write_text("G21 G90 G94\nG0 X0 Y0 Z30 A0 C0\nG1 Z10 F1000\nM2\n", encoding="utf-8")
+    for y, farthest in ((0, 15.0), (-12, 3.0)):
+        said = run("check", program, "--machine", "tricept", "--tool-length", 60, "--wcs", f"G54=0,{y},60").out
+        found = re.search(r"within limits if the part is moved by (.*) mm \(then G54 = ", said)
+        assert found, said
+        assert math.hypot(*(float(word) for word in found[1].split(","))) < farthest

@@ -11,7 +11,14 @@ from msgspec.structs import replace
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution, find_travel_margins
-from verne_post.app.line_remedies import Line, find_words, is_carried_along, is_of_cycle, propose
+from verne_post.app.line_remedies import (
+    Line,
+    describe_kept_angle,
+    find_words,
+    is_carried_along,
+    is_of_cycle,
+    propose,
+)
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
@@ -501,15 +508,16 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
     machine, options = line.joints.machine, line.options
     carried = [item for item in asked if is_carried_along(options, item, line.frame.system)]
     rotary = all(item.code in remedies.ROTARY_CODES for item in asked)
-    tried, left = [], []
+    in_machine, tried, left = bool(line.moves.find_in_machine()[line.move]), [], []
     if len(carried) < len(asked) and any(item.severity == "error" for item in asked):
         tried.append(f"no other {name_solution(machine.coordinates)}")
-    if not carried and not rotary and not line.moves.find_in_machine()[line.move]:
+    if not carried and not rotary and not in_machine:
         tried.append(f"no move within {remedies.FARTHEST_MM:g} mm")
     if carried and remedies.is_straight(line.exact):
         tried.append("no other end of the line")
     left += _say_where_reach_ends(line, asked)
-    if rotary and machine.module is not None and any(item.code == "VP102" for item in asked):
+    left += dict.fromkeys(filter(None, (describe_kept_angle(line.moves, machine, one, line.number) for one in asked)))
+    if rotary and machine.module is not None and not in_machine and any(item.code == "VP102" for item in asked):
         fit = f"`{find_run(options).spell('fit', options.source_name)}`"
         left.append(f"the part was not moved, which changes the tilt of the platform: {fit} does")
     if any(item.code == "VP216" for item in carried) and is_of_cycle(line):

@@ -11,7 +11,7 @@ from verne_post import gcode
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import guard_joints
 from verne_post.app.convert import check_source
-from verne_post.app.line_remedies import CONTACTS
+from verne_post.app.line_remedies import CONTACTS, describe_kept_angle
 from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
@@ -185,6 +185,8 @@ def propose(
     fixed = _find_fixed_lines(moves, result)
     if fixed and all(item.line in fixed for item in before_check.findings if item.severity == "error"):
         after, result = search.evaluate(here, largest.counts), before_check  # nothing is gained elsewhere
+    errors = [item for item in result.findings if item.severity == "error" and item.line in fixed]
+    kept = (describe_kept_angle(moves, machine, item, item.line or 0) for item in errors)
     seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
     before = search.evaluate(here, largest.counts)
     # the line about the largest margin offers its place: no margin sees a contact
@@ -207,6 +209,7 @@ def propose(
         turns,
         g10,
         fixed,
+        cause="; ".join(dict.fromkeys(filter(None, kept))),
         room=room,
         refused=refused,
         largest_fits=largest_fits,

@@ -19,6 +19,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, Remedy
+from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Frame, MoveKind, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import TOOL_PARTS, OwnStock, name_system
@@ -110,6 +111,22 @@ def is_of_cycle(line: Line) -> bool:
     """Whether a line drills or mills by a cycle: it has rapids and cuts."""
     kinds = set(line.moves.kind[line.moves.line == line.number].tolist()) - {int(MoveKind.DWELL)}
     return int(MoveKind.RAPID) in kinds and len(kinds) > 1
+
+
+def describe_kept_angle(moves: Moves, machine: Machine, item: Finding, number: int) -> str:
+    """Which line before a line gave the angle with which it breaks the travel of a rotary joint; else empty."""
+    rows = np.flatnonzero(moves.line == number)
+    if item.code not in remedies.ROTARY_CODES or not len(rows):
+        return ""
+    of = remedies.ROTARY_CODES.index(item.code)
+    angles = moves.end[: int(rows[-1]) + 1, machine.coordinates.rotary[of]]
+    differs = np.flatnonzero(np.abs(angles - angles[-1]) > _SAME_DEG)
+    given = int(differs[-1]) + 1 if len(differs) else 0
+    line = int(moves.line[given])
+    if given >= rows[0] or line <= 0 or not np.isfinite(angles[given:]).all():
+        return ""
+    word = f"{machine.rotary_letters[of]} {format_number(float(angles[-1]), 4)}"
+    return f"line {number} keeps {word} of line {line}: correct line {line} first"
 
 
 def propose(line: Line, findings: Sequence[Finding]) -> Iterator[str]:

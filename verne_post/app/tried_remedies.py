@@ -57,6 +57,9 @@ REMEDIED: Final = 3
 OFFSETS: Final = 4
 #: A part that would have to stand farther off than this, mm, is not clamped in a wrong place: the unit is looked at.
 FAR_MM: Final = 300.0
+#: A part that is raised by no more than this, mm, is not moved along other axes; nor for less than half of the way.
+NEAR_MM: Final = 10.0
+RAISED: Final = 2.0
 #: A proposed offset is rounded to this, mm, away from where it was: people do not set hundredths.
 ROUND_MM: Final = 0.1
 #: In a program in inches.
@@ -456,18 +459,23 @@ def _find_offset(
 
     Those that did not help are added to ``tried``.
     """
-    found = next(find_legal_offsets(source, program, errors, tried=tried, farthest=farthest), None)
-    if found is None:
+    best: tuple[int, float] = (len(CODES), np.inf)
+    for one in find_legal_offsets(source, program, errors, tried=tried, farthest=farthest):
+        given = program.options.wcs.get(one[0])
+        moved_there = np.array(one[1].origin_mm) - np.array(given.origin_mm if given else (0.0, 0.0, 0.0))
+        distance = float(np.linalg.norm(moved_there))
+        if (len(one[2]), RAISED * distance) < best:
+            best, moved_mm, (system, offset, left) = (len(one[2]), distance), moved_there, one
+        if distance <= NEAR_MM:
+            break
+    if not np.isfinite(best[1]):
         return None
-    system, offset, left = found
-    given = program.options.wcs.get(system)
-    moved_mm = np.array(offset.origin_mm) - np.array(given.origin_mm if given else (0.0, 0.0, 0.0))
     name = name_system(system)
     then = format_list((*offset.origin_mm, *([offset.turn_deg] if offset.turn_deg else [])))
     moved = f"if the part is moved by {format_list(moved_mm)} mm (then {name} = {then})"
     none_given = "no work offset was given; " if given is None else ""
     what = f"the other errors are gone {moved}; {_name_left(left)}" if left else f"within limits {moved}"
-    return Remedy(f"{none_given}{what}", f"[{then}]", key=("wcs", name)), float(np.linalg.norm(moved_mm))
+    return Remedy(f"{none_given}{what}", f"[{then}]", key=("wcs", name)), best[1]
 
 
 def find_legal_offsets(
@@ -493,7 +501,7 @@ def find_legal_offsets(
     if np.abs(origin - np.array(program.machine.find_origin_on_table(first.frame))).max() > LIMIT_SLACK_MM:
         return  # the program sets its offset itself: no option moves it
     axes = ["xyz".index(letter) for letter in free if letter in "xyz"]
-    for moved in dict.fromkeys((tuple({2}.intersection(axes)), tuple(axes))):  # a part is raised more easily than moved
+    for moved in dict.fromkeys((tuple({2}.intersection(axes)), tuple(axes))):
         basis = program.machine.coordinates.part_frame.T[list(moved)]
         where = (origin, system, turn, concerned, basis, tried, farthest)
         found = _find_legal_origin(source, program, *where) if moved else None

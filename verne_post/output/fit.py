@@ -76,7 +76,7 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal, run: Run) -
             sought = "largest margin" if proposal.aim == "margin" else "least time"
             there = _write_wcs_option(proposal, proposal.refused)
             yield f"The place of the {sought}, --wcs {there}, is refused by the check, which sees contacts too."
-    elif proposal.cause:
+    elif proposal.cause and not proposal.fixed_lines:
         yield f"{program} on {machine.name}: no work offset was sought, because another motion is meant:"
         yield f"  {proposal.cause}"
         yield "It is blocked by:"
@@ -97,9 +97,11 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal, run: Run) -
         lines = ", ".join(map(str, proposal.fixed_lines))
         one = len(proposal.fixed_lines) == 1
         is_in, its = ("line {} is", "Change its values") if one else ("lines {} are", "Change their values")
+        explain = run.spell("explain", program, f":{proposal.fixed_lines[0]}")
+        cure = proposal.cause or f"{its}; `{explain}` seeks some that are within limits"
         yield (
             f"{program} on {machine.name}: {is_in.format(lines)} in machine coordinates, and no work offset helps. "
-            f"{its}; `{run.spell('explain', program, f':{proposal.fixed_lines[0]}')}` has some that are within limits."
+            f"{cure[0].upper()}{cure[1:]}."
         )
         elsewhere = any(_measure_shift(proposal, after.place))
         yield f"With --wcs {wcs} it is blocked by:" if elsewhere else "It is blocked by:"

@@ -49,12 +49,10 @@ class SmallestMove:
 
     def propose(self) -> Iterator[Array]:
         """Places (4,) within limits by the points of the program, the smallest move first, in round numbers first."""
-        shifts, every = self.search.free & [True, True, True, False], self.search.free
         for reserve in RESERVES:
-            found = next(
-                (place for free in (shifts, every) if free.any() and (place := self.find(free, reserve)) is not None),
-                None,
-            )
+            found = self._find_shift(reserve)
+            if found is None:
+                found = self.find(self.search.free, reserve)
             if found is None:
                 return
             found = self._drop_idle(found)
@@ -66,6 +64,19 @@ class SmallestMove:
             for place in (round_one, found):
                 if self._is_legal(place):
                     yield place
+
+    def _find_shift(self, reserve: float) -> Array | None:
+        """The nearest place (4,) found by a shift along all free axes or some: fewer are searched more closely."""
+        shifts = self.search.free & [True, True, True, False]
+        found = self.find(shifts, reserve) if shifts.any() else None
+        for one in sorted(product((False, True), repeat=3), key=sum)[1:-1]:
+            free = shifts & [*one, False]
+            if free.sum() != sum(one) or not (shifts & ~free).any():
+                continue
+            farthest = np.array([self.search.low, self.search.high] if found is None else [found])
+            nearer = self.find(free, reserve, float(self.measure_size(farthest).max()))
+            found = found if nearer is None else nearer
+        return found
 
     def _drop_idle(self, found: Array) -> Array:
         """A place without what its move does not need: the search leaves a trace in every coordinate."""
@@ -79,15 +90,22 @@ class SmallestMove:
         """Whether a place (4,) lies in the range, and no point of the program is beyond a limit there."""
         return bool(self.search.is_inside(place) and self.search.rate(place[None], self.counts)[0] >= 0.0)
 
-    def find(self, free: Mask, reserve: float) -> Array | None:
-        """The nearest place (4,) found at which every margin is at least the reserve; None where none was found."""
+    def find(self, free: Mask, reserve: float, within: float = np.inf) -> Array | None:
+        """The nearest place (4,) found at which every margin is at least the reserve, nearer than ``within``, mm; None
+        where none was found.
+        """
         random = np.random.default_rng(0)  # the same program has the same answer
-        low, high = (np.where(free, end, self.start) for end in (self.search.low, self.search.high))
+        low = np.where(free, np.maximum(self.search.low, self.start - within), self.start)
+        high = np.where(free, np.minimum(self.search.high, self.start + within), self.start)
+        n = SCATTERED // 2 if within == np.inf else SCATTERED // 16
         # half of the samples over the whole range, half near the start, in steps of the same ratio
-        far = self.search.draw_places(random, SCATTERED // 2, low, high)
-        share = NEAREST ** random.random((SCATTERED // 2, 1))
-        near = self.start + share * random.uniform(-1, 1, (SCATTERED // 2, 4)) * (high - low)
+        far = self.search.draw_places(random, n, low, high)
+        share = NEAREST ** random.random((n, 1))
+        near = self.start + share * random.uniform(-1, 1, (n, 4)) * (high - low)
         places = self.search.keep_inside(np.concatenate([far, near, self.start[None]]), low, high)
+        places = places[self.measure_size(places) < within]
+        if not len(places):
+            return None
         rows = self.search.choose_first_rows()
         for _ in range(REFINEMENTS):
             few = self.search.find_deciding_rows(places[::SCREENED], self.counts, rows)

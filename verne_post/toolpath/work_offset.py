@@ -204,7 +204,7 @@ class Proposal(Struct, frozen=True, eq=False):
         was sought.
     cause : str
         Why the program is refused, and what to write, where a warning says that another motion is meant: no work offset
-        was sought. Else empty.
+        was sought. Or that lines in machine coordinates keep an angle of a line before. Else empty.
     room : Room or None
         Where on a table the middle of what is cut was sought; None on a machine without a table.
     refused : Place or None

@@ -31,6 +31,7 @@ from verne_post.kinematics.checks.line_measures import (
     measure,
     put_on_branch,
     shift_line,
+    solve_samples,
     tilt_line_end,
 )
 from verne_post.kinematics.checks.violations import Check
@@ -47,6 +48,9 @@ ZOOMS: Final = 5
 RESERVES: Final = (0.002, 0.02, 0.2)
 #: So much farther the end of a line is put, mm, where the check finds a contact between the samples.
 FARTHER_MM: Final = (0.5, 2.0)
+#: From so far beside, mm, a move is sought anew: on an axis of symmetry no direction is better than its reverse, and a
+#: limit is level there.
+BESIDE_MM: Final = 3.0
 #: A lift is rounded up to this, mm.
 LIFT_STEP_MM: Final = 0.1
 #: A part is never moved by more than this, mm: beyond it no table reaches.
@@ -302,6 +306,12 @@ def _list_moves(problem: MoveProblem, start: Array) -> Iterator[Array | None]:
         on_the_way, is_nearest = find_end_on_the_way(problem, reserve) if problem.end_only else (None, False)
         least = None if is_nearest else find_least_move(problem, start, reserve)
         yield min((one for one in (least, on_the_way) if one is not None), key=np.linalg.norm, default=None)
+    if not problem.end_only:
+        starts = [start + sign * BESIDE_MM * way for way in problem.basis for sign in (1.0, -1.0)]
+        solvable = [there for there in starts if solve_samples(problem.move_part(there)) is not None]
+        for reserve in RESERVES:
+            around = (find_least_move(problem, there, reserve) for there in solvable)
+            yield min((one for one in around if one is not None), key=np.linalg.norm, default=None)
     along: Array | None = None
     for reserve in RESERVES if problem.end_only else ():  # a moved part has other directions to go to
         along = find_move_along(problem, reserve)
