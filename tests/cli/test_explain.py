@@ -1141,6 +1141,15 @@ def test_a_length_that_g53_has_cancelled_is_not_in_force(run: Callable[..., Any]
     assert "or cancel the tool length before it (G49)" in run("check", path).out
 
 
+def test_names_that_are_no_words_and_the_tool_0(run: Callable[..., Any]) -> None:
+    told = run("explain", "RTCP").out
+    assert all(code in told for code in ("G43.4 H", "TRAORI", "M128 or FUNCTION TCPM"))
+    told = run("explain", "D0").out
+    assert "RS274/NGC: the tool in the spindle" in told and "Fanuc: no radius: under G41" in told and "D0 ends" in told
+    assert "Fanuc: tool whose radius is used" in run("explain", "D1").out
+    assert "Fanuc: no radius: under G41" in run("explain", "G41 D0").out
+
+
 def test_words_name_the_rotary_axes_of_the_machine(run: Callable[..., Any], tmp_path: Path) -> None:
     """Those of --machine; without one no letters, which would be those of another machine."""
     for word, own, general in (
