@@ -91,24 +91,24 @@ def _find_words(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> I
     """Line, column and text of the words of some letters that a pattern finds."""
     line = 1
     for text in read_whole_lines(source):
-        seen = 0
+        start = 0
         for match in pattern.finditer(text):
             if _is_counted(match, letters):
                 begin = match.start()
-                line += text.count(b"\n", seen, begin)
-                seen = begin
+                line += text.count(b"\n", start, begin)
+                start = begin
                 yield line, begin - text.rfind(b"\n", 0, begin), match.group().decode("ascii")
-        line += text.count(b"\n", seen)
+        line += text.count(b"\n", start)
 
 
 def _report_mixture(source: Text, bare: list[tuple[int, int, str]], pointed_line: int) -> Finding:
     """What the first word is here, what it would be for a control that counts increments, and how many there are."""
     (line, column, word), last_line = bare[0], bare[-1][0]
     number = "".join(word[1:].split())
-    written = _REMARK.sub(b"", take_line(source, line) or b"")
-    if _DWELL.search(written) is not None:
+    code = _REMARK.sub(b"", take_line(source, line) or b"")
+    if _DWELL.search(code) is not None:
         units = ["s"]
-    elif word[0].upper() in f"{_ANGLES}IJK" or (word[0].upper() == "R" and _TURN.search(written) is not None):
+    elif word[0].upper() in f"{_ANGLES}IJK" or (word[0].upper() == "R" and _TURN.search(code) is not None):
         units = ["degrees"]
     else:
         named_codes = {match[1][-1:] for text in read_whole_lines(source) for match in _UNIT.finditer(text) if match[1]}
