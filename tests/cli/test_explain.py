@@ -1141,12 +1141,24 @@ def test_a_length_that_g53_has_cancelled_is_not_in_force(run: Callable[..., Any]
     assert "or cancel the tool length before it (G49)" in run("check", path).out
 
 
+def test_names_that_are_no_words_and_the_tool_0(run: Callable[..., Any]) -> None:
+    told = run("explain", "RTCP").out
+    assert all(code in told for code in ("G43.4 H", "TRAORI", "M128 or FUNCTION TCPM"))
+    told = run("explain", "D0").out
+    assert "RS274/NGC: the tool in the spindle" in told and "Fanuc: no radius: under G41" in told and "D0 ends" in told
+    assert "Fanuc: tool whose radius is used" in run("explain", "D1").out
+    assert "Fanuc: no radius: under G41" in run("explain", "G41 D0").out
+
+
 def test_words_name_the_rotary_axes_of_the_machine(run: Callable[..., Any], tmp_path: Path) -> None:
     """Those of --machine; without one no letters, which would be those of another machine."""
     for word, own, general in (
         ("G53.1", "turns B and C until", "turns the rotary axes until"),
         ("G43.4", "while B and C turn", "while the rotary axes turn"),
         ("SEQ", "the sign of B; without it B and C take", "the sign of the tilting axis; without it the rotary axes"),
+        ("G12.1", "write X Y Z with B and C", "write X Y Z with the rotary axes"),
+        ("CYCL DEF 27", "write X Y Z with B and C", "write X Y Z with the rotary axes"),
+        ("C2", "or the angles of B and C", "or the angles of the rotary axes"),
     ):
         assert own in run("explain", word, "--machine", "bc_trunnion").out
         shown = run("explain", word).out
@@ -1156,3 +1168,7 @@ def test_words_name_the_rotary_axes_of_the_machine(run: Callable[..., Any], tmp_
     for length in ((), ("--tool-length", "50")):
         shown = run("explain", f"{program}:2", "--machine", "bc_trunnion", *length).out
         assert "X Y Z are those of the tip while B and C turn" in shown
+    for code, own in (("G12.1", "write X Y Z with the rotary axes"), ("", "VP036")):
+        program.write_text(f"G21 G90 G54\nG49\nG0 X0 Y0 Z50\nG1 Z20 F500\n{code}\nG1 B30\nM2\n", "utf-8")
+        shown = run("check", program, "--machine", "bc_trunnion", "--dialect", "fanuc").out
+        assert own in shown and "A and C" not in shown

@@ -1241,7 +1241,14 @@ MIXED = "%\nO1 (A10)\nG21 G90 F600 (X5 Y3.2)\nG43.4 H1\nG0 X0 Y0 Z60. A0 C0\n{bo
     [
         ("G1 X20", (6, 4, "X20 has no decimal point, and words of line 5 have one: it is read as 20 mm")),
         ("G1 X20.\nG4 X2", (7, 4, "X2 has no")),
-        ("G1 X20.\nG0 C90\nY90", (7, 4, "it is read as 90 degrees")),
+        ("G1 X20.\nG0 C90\nY90", (7, 4, "2 words (C90 first; lines 7 to 8) have no decimal point, and")),
+        (
+            "G1 X20.\nG0 C90\nY90.",
+            (7, 4, "C90 has no decimal point, and words of line 5 have one: it is read as 90 degrees"),
+        ),
+        ("G68.2 X0. Y0. Z0. I0 J30 K0 (I7)\nG53.1\nG0 Z70.", (6, 22, "J30 has no decimal point, and words of line 5")),
+        ("G68.2 P3 Q1 X0. Y0. Z0. I1 J0 K0\nG68.2 P3 Q2 I0 J0 K1\nG53.1\nG0 Z70.", None),
+        ("G68 X0. Y0. R30\nG69\nG0 Z70.", (6, 13, "it is read as 30 degrees")),
         (
             "G1 X20. F100\nG4 X900",
             (7, 4, "is read as 900 s; a control set otherwise counts increments, and reads 0.9 s"),

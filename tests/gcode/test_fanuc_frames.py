@@ -92,6 +92,11 @@ def test_coordinates(run, text, ends):
     assert at + shift == pytest.approx(np.array(ends, dtype=float), abs=1e-9)
 
 
+def test_the_angle_of_g68_without_a_point_counts_degrees_in_inches_too(run):
+    moves = run("G20 / G68 X0 Y0 R30000 / G1 X1. Y0 Z0", control={"fanuc": {"decimal_point": "conventional"}})
+    assert places(moves)[-1] == pytest.approx([25.4 * math.sqrt(0.75), 12.7, 0.0], abs=1e-9)
+
+
 @pytest.mark.parametrize(("text", "center", "sweep"), [
     ("G51.1 X0 / G2 X10 Y10 I10 J0", (-10, 0), 90), ("G51.1 X0 Y0 / G2 X10 Y10 I10 J0", (-10, 0), -90),
     ("G51 X0 Y0 Z0 P2. / G2 X10 Y10 I10 J0", (20, 0), -90),

@@ -30,6 +30,8 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         ([BORE.replace("Q208=0", "Q208=-5") + " Q214=1 Q336=0", "CYCL CALL"], "VP007", "Q208=-5"),
         ([BORE_BACK.replace("Q254=200", "Q254=0") + " Q214=1 Q336=0", "CYCL CALL"], "VP009", "Q254=0"),
         ([PECK.replace("Q212=0", "Q212=1.5"), "CYCL CALL"], "VP007", "give Q205"),
+        ([DRILL, "CYCL CALL M99"], "VP017", "both call the cycle; write one of the two"),
+        (["CC X+0 Y+0", "C X+9 Y+9 DR"], "VP001", "DR without a sign; write DR+ or DR-"),
         # numbers beyond any
         (
             ["FN 0: Q1 = +99999999", *["FN 3: Q1 = Q1 * Q1"] * 7, "FN 2: Q2 = Q1 - Q1", "L X+Q2"],

@@ -326,6 +326,12 @@ def test_what_only_looks_like_a_mistyped_number(run: Callable[..., Any], tmp_pat
     assert said in " ".join(found)
 
 
+def test_the_words_of_a_lathe_cycle_are_no_slips_of_keys(run: Callable[..., Any], tmp_path: Path) -> None:
+    (said,) = find_errors(run, tmp_path, "p.nc", "G71 U2. R1.")
+    assert "G71 with U is a cycle of lathes" in said and "key is beside" not in said
+    assert any("Y2 may be meant, whose key" in one for one in find_errors(run, tmp_path, "p.nc", "G1 U2."))
+
+
 def test_a_number_without_a_point_beside_a_corner_is_still_seen(run: Callable[..., Any], tmp_path: Path) -> None:
     found = find_errors(run, tmp_path, "p.nc", "G1 X10,R2.\nY5.")
     assert [one for one in found if "VP038 warning: X10 has no decimal point" in one]

@@ -229,6 +229,25 @@ def test_a_remedy_is_made_where_the_finding_is(name: str, program: str, code: st
     assert remedy in said if remedy else said == ""
 
 
+@pytest.mark.parametrize(
+    ("tools", "program", "said", "remedy"),
+    [
+        ("1 = {length = 80}", "T5 M6", "tool 5 has no length in force before the first feed move; write G43 H5", ""),
+        ("1 = {diameter = 8}", "", "no tool length has been given", "Write the length of the tool under [tools]"),
+    ],
+)
+def test_no_remedy_writes_tool_length_beside_the_tools_of_a_set_up(
+    tools: str, program: str, said: str, remedy: str, tmp_path: Path
+) -> None:
+    """VP503 would refuse both keys."""
+    (tmp_path / "a.nc").write_text(f"G21 G90 G94 {program}\nG0 X0 Y0 Z150 A0 C0\nG1 X5 F500\nM2\n")
+    (tmp_path / "a.nc.toml").write_text(f"[tools]\n{tools}\n[wcs]\nG54 = [0, 0, 60]\n")
+    found = [one for one in vp.check(tmp_path / "a.nc", vp.load_machine()).findings if one.code == "VP012"]
+    assert found[-1].message.startswith(said)
+    assert [one.line for one in found] == ([1, 3] if program else [3])
+    assert remedy in describe_remedy(found[-1], "a") if remedy else describe_remedy(found[-1], "a") == ""
+
+
 _CUT = "G21 G90 G94 G17 {}\nT1 M6\nG0 X0 Y0 Z150 A0 C0\n{}\nG1 X5 Z120 F500\nG0 Z200\nM30\n"
 _TURNED = (
     "G17 G54 G64 G90 G94 G710\nT1 D1\nM6\nS900 M3\nTRAORI\nG0 A-20 C0\nG0 X0 Y0 Z60\nTRAFOOF\n"

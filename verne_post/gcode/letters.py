@@ -231,15 +231,25 @@ LETTERS_OF_KLARTEXT: Final[Mapping[str, str]] = {
     "REP": "how often a section runs again",
     "MB": "how far M140 or a turn of the table retracts",
 }
+_NO_WORD: Final = "a name of tool-centre-point control, and no word of a program"
 #: Words that no table has by their own names -> what they do, by language. Behind a letter the number is left out.
 OF_NAMES: Final[Mapping[str, Mapping[str, str]]] = {
-    "RS274/NGC": {**LETTERS, "#": "a variable: #1 to #30 in a subprogram are its own, others are of the whole program"},
+    "RS274/NGC": {
+        **LETTERS,
+        "D0": "the tool in the spindle, for G41 and G42",
+        "#": "a variable: #1 to #30 in a subprogram are its own, others are of the whole program",
+    },
     "Fanuc": {
         **LETTERS,
+        "D0": "no radius: under G41 and G42 the tool's centre goes on the contour",
+        **dict.fromkeys(("RTCP", "TCP"), f"{_NO_WORD}; G43.4 H switches it on, and G49 off"),
         "#": "a variable: #1 to #33 are those of a macro, #100 to #999 those of all programs; #1000 and higher are "
         "values of the control",
     },
-    "Siemens": {"R": "an R parameter: a number that the program sets and reads, as in R1=5 and X=R1"},
+    "Siemens": {
+        "R": "an R parameter: a number that the program sets and reads, as in R1=5 and X=R1",
+        **dict.fromkeys(("RTCP", "TCP"), f"{_NO_WORD}; TRAORI switches it on, and TRAFOOF off"),
+    },
     "Klartext": {
         **LETTERS_OF_KLARTEXT,
         "Q": "a Q parameter: a number that the program sets and reads; a formula may follow =",
@@ -249,6 +259,7 @@ OF_NAMES: Final[Mapping[str, Mapping[str, str]]] = {
         **dict.fromkeys(("NX", "NY", "NZ"), "a component of the normal of the surface, in LN"),
         "T": "number or name of the tool, in TOOL CALL",
         "CYCL": "CYCL DEF defines a cycle, CYCL CALL calls it",
+        "RTCP": f"{_NO_WORD}; M128 or FUNCTION TCPM switches it on, M129 or FUNCTION RESET TCPM off",
         "TCPM": "FUNCTION TCPM switches tool-centre-point control on, as M128 does; FUNCTION RESET TCPM ends it",
         "BLK FORM 0.1": "the stock, a box: the tool axis, and the corner of the lowest X Y Z",
         "BLK FORM 0.2": "the stock, a box: the corner of the highest X Y Z",

@@ -94,6 +94,16 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
         )
 
 
+def advise_length(setup: Setup) -> str:
+    """What helps where no tool length is in force, and the program names no tool: no form asks for its length."""
+    if setup.tools is None:
+        return "Write tool_length = MM in the first line of INPUT.toml, or call the tool in the program."
+    return (  # tools of a set-up exclude tool_length
+        "Write the length of the tool under [tools] in INPUT.toml, or in the tool table, and call the tool in the "
+        "program."
+    )
+
+
 def report_unloaded(selection: Selection, before: str) -> ProgramError:
     """VP012 at the T whose tool no M6 has loaded before what needs it."""
     change = selection.describe_change()

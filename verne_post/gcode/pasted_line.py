@@ -359,6 +359,7 @@ def _read_macro(r: _Reader) -> None:
         elif match := r.take(rf"([GMNA-Z@^])[ \t]*({_MACRO_VALUE})"):
             of_polar = {"@": "polar radius", "^": "polar angle, degrees"}
             text = of_polar.get(match[1]) or letters.get(match[1], "number that the code of the block takes")
+            text = letters.get("".join(match[0].split()), text)  # D0
             r.add_address(match, match[1], match[2], text)
         else:
             raise r.refuse("a letter with a value such as X1.5, a G or M code, or #1=2")

@@ -19,8 +19,6 @@ CLOSE_IN_ORDER: Final = "Open and close each in its order, by the same name."
 POST_OTHERWISE: Final = (
     f"{CODES['VP008'].remedy} If they are right, post the arc with more decimals, or as straight moves."
 )
-#: And against VP012: no form asks for the length of a tool that the program does not name.
-GIVE_LENGTH: Final = "Write tool_length = MM in the first line of INPUT.toml, or call the tool in the program."
 GIVE_PLACE: Final = (
     "Fill in wcs.{} in INPUT.toml, which verne-post setup INPUT writes, in mm from that point; 0, 0, 0 if the part "
     "zero really is there."

@@ -325,26 +325,26 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP036",
-        "A or C not named before the first cut",
+        "rotary axis not named before the first cut",
         "warning",
-        "The program cuts before it names A or C, and names them later with another angle than 0. The "
+        "The program cuts before it names a rotary axis, and names it later with another angle than 0. The "
         "table is assumed to be at"
         " that angle from the start. It is an error if --from has the table at another angle.",
-        "Name A and C in a G0 before the first cut: G0 A0 C0 if the table is to be level. If the table really is at "
-        "the angle of the message, name that angle.",
+        "Name the rotary axes in a G0 before the first cut, at 0 if the table is to be level. If the table really is "
+        "at the angle of the message, name that angle.",
     ),
     (
         "VP037",
         "tool-centre-point control not requested",
         "warning",
-        "A program cuts while A or C is turned, or while they turn, and no active code says in which directions X Y "
-        "Z count. So does a rapid of a Fanuc or Haas program after G69, or after G43 in place of G43.4. In G-code "
-        "they are places of the part here, as under G43.4. A control without tool-centre-point control reads them "
-        "in the directions of the machine. Klartext without M128 is executed in this way, and so are Siemens "
-        "programs that cut while the table is turned after TRAFOOF or CYCLE800(). An RS274/NGC program that turns A "
-        "or C during a cut gets no warning: LinuxCNC has no code for tool-centre-point control.",
-        "Siemens: name A and C before the cut, or write TRAORI if places of the part are meant. Klartext: write "
-        "M128 if places of the part are meant. LinuxCNC, which does not know G43.4: change nothing if its "
+        "A program cuts while the rotary axes are turned, or while they turn, and no active code says in which "
+        "directions X Y Z count. So does a rapid of a Fanuc or Haas program after G69, or after G43 in place of "
+        "G43.4. In G-code they are places of the part here, as under G43.4. A control without tool-centre-point "
+        "control reads them in the directions of the machine. Klartext without M128 is executed in this way, and so "
+        "are Siemens programs that cut while the table is turned after TRAFOOF or CYCLE800(). An RS274/NGC program "
+        "that turns a rotary axis during a cut gets no warning: LinuxCNC has no code for tool-centre-point control.",
+        "Siemens: name the rotary axes before the cut, or write TRAORI if places of the part are meant. Klartext: "
+        "write M128 if places of the part are meant. LinuxCNC, which does not know G43.4: change nothing if its "
         "kinematics keep the tip (--ignore VP037). Other G-code: if places of the part are meant, write G43.4 "
         f"instead of G43, or post with G68.2. {IF_DIRECTIONS_ARE_MEANT}",
     ),

@@ -9,7 +9,8 @@ from verne_post.gcode.apt.arcs import Circle, lay_arc
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.holes import Thread, check_tapping, tap
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import GIVE_LENGTH, ProgramError
+from verne_post.gcode.missing_setup import advise_length
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -65,7 +66,7 @@ class _Motion(MotionCodes):
                 "VP012",
                 "no tool length has been given before the first move at feed rate; write LOADTL/n and give "
                 "--tool-table FILE, or give --tool-length MM",
-            ).advise(GIVE_LENGTH)
+            ).advise(advise_length(self.core.setup))
 
 
 class AptInterpreter(Rs274):

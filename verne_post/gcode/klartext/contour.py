@@ -10,8 +10,8 @@ from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.contour_queue import Corner
 from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.machining.machining import explain_no_feed
-from verne_post.gcode.missing_setup import find_tool_key, suggest_call
-from verne_post.gcode.program_error import GIVE_LENGTH, At, ProgramError
+from verne_post.gcode.missing_setup import advise_length, find_tool_key, suggest_call
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind
 from verne_post.model.part_setup import describe_tool_number
 
@@ -81,7 +81,7 @@ class KlartextContour:
                 f"no TOOL CALL before {what}; {how}"
                 if how
                 else f"no tool before {what}; write TOOL CALL with --tool-table or TOOL DEF, or use --tool-length MM",
-                "" if how else GIVE_LENGTH,
+                "" if how else advise_length(self.core.setup),
             )
 
     def _report_missing_call(self, what: str, other_text: str, advice: str = "") -> ProgramError:

@@ -229,7 +229,10 @@ class KlartextFunctions:
             if number in _PLACES and beside != "coordinates":
                 raise ProgramError("VP006", f"M{number} needs L and coordinates in its block", word.column)
             if number in (89, 99) and beside not in ("", "coordinates"):
-                raise ProgramError("VP017", f"M{number} beside {beside}; write it in a separate block", word.column)
+                right = "write it in a separate block"
+                if beside == "CYCL CALL":
+                    right = "both call the cycle; write one of the two"
+                raise ProgramError("VP017", f"M{number} beside {beside}; {right}", word.column)
             if number in REFUSED_FUNCTIONS and self.core.auxiliary.find_user_meaning("M", number) is None:
                 text = f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})"
                 near = _list_near_functions(number, tcp=self.modes.tcp)

@@ -268,7 +268,7 @@ REFUSED_CYCLES: Final = {
     **dict.fromkeys((20, 21, 22, 23, 24, 25, 270, 271, 272, 273, 274, 275, 276), SL),
     **dict.fromkeys((285, 286, 287), "gears; let the CAM system write the moves"),
     26: "axis-specific scaling: circles would become ellipses; let the CAM system scale the contour",
-    **dict.fromkeys((27, 28, 29, 39), "cylinder surface; let the CAM system write X Y Z A C"),
+    **dict.fromkeys((27, 28, 29, 39), "cylinder surface; let the CAM system write X Y Z with the rotary axes"),
     30: "3-D data from files; let the CAM system write the lines",
     225: "engraving; let the CAM system write the lines of the letters",
     230: "multipass milling of older controls; write cycle 233",

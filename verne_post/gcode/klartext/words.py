@@ -132,6 +132,8 @@ def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, b
         begin = len(text[:begin].rstrip()) - len(text[:begin].split()[-1])
         word = text[begin:].split()[0]
         return statement.error("VP001", f"{word}: two points in one number; write it with one", begin)
+    if word == "DR" and statement.keyword in ("C", "CR", "CP", "CTP"):
+        return statement.error("VP001", "DR without a sign; write DR+ or DR-", begin)
     if pattern.fullmatch(f"{word}1"):
         text = f"{word} without a number; write {word} and its value{', or MB MAX' if word == 'MB' else ''}"
         return statement.error("VP001", text, begin)

@@ -225,7 +225,8 @@ def make_table() -> CodeTable:
                 "a work offset of Haas (G154 P3, P4), or polar axes of other controls; write G154 P, or X Y Z",
             ),
             **dict.fromkeys(
-                (1070, 71, 121), "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z A C"
+                (1070, 71, 121),
+                "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z with the rotary axes",
             ),
             **dict.fromkeys(
                 (1410, 1430),

@@ -1,6 +1,7 @@
 """Words of Fanuc programs without a decimal point: X20 is 20 mm or 20 least increments, by a setting."""
 
 import re
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,7 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text, take_line
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.rs274.fanuc_codes import NURBS, PATTERNS, PLANE, POCKETS
+from verne_post.gcode.rs274.fanuc_codes import NURBS, PATTERNS, PLANE, POCKETS, ROTATION
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import FeedMode
@@ -34,6 +35,11 @@ _BARE: Final = re.compile(
 _COMPUTED_WORD: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*[+-]?[ \t]*[#\[]", re.IGNORECASE)
 _UNIT: Final = re.compile(_SILENT + rb"|(G[ \t]*0*2[ \t]*[01])(?![0-9.])", re.IGNORECASE | re.MULTILINE)
 _DWELL: Final = re.compile(rb"G0*4(?![0-9.])", re.IGNORECASE)
+_REMARK: Final = re.compile(rb"\([^)\n]*\)?|;.*")
+#: Codes beside which I, J and K are angles, unless they are the directions of P3; and those beside which R is one.
+_TILT: Final = re.compile(rb"G[ \t]*0*68[ \t]*\.[ \t]*20*(?![0-9])", re.IGNORECASE)
+_DIRECTIONS: Final = re.compile(rb"P[ \t]*0*3(?![0-9])", re.IGNORECASE)
+_TURN: Final = re.compile(rb"G[ \t]*0*68(?![0-9])", re.IGNORECASE)
 _WEIGHTS: Final = re.compile(rb"G0*6\.2", re.IGNORECASE)
 #: Words that are lengths, angles or times wherever they stand; and R, but where it may be a weight.
 _PLAIN: Final = b"XYZUVWABC"
@@ -42,50 +48,67 @@ _PLAIN: Final = b"XYZUVWABC"
 def find_mixture(source: Text) -> Finding | None:
     """VP038: a program with words both with and without a decimal point, whose control nobody has described."""
     letters = _list_letters(source)
-    pointed_line = _find_first(source, _POINTED_WORD, letters)
-    bare = None if pointed_line is None else _find_first(source, _BARE, letters)
-    return None if pointed_line is None or bare is None else _report_mixture(source, *bare, pointed_line[0])
+    pointed_line = next((line for line, _column, _word in _find_words(source, _POINTED_WORD, letters)), None)
+    bare = [] if pointed_line is None else list(_find_words(source, _BARE, letters))
+    return None if pointed_line is None or not bare else _report_mixture(source, bare, pointed_line)
 
 
 def _list_letters(source: Text) -> bytes:
-    """Letters whose numbers controls may count in increments."""
-    return _PLAIN if _WEIGHTS.search(source) is not None else _PLAIN + b"R"
+    """Letters whose numbers controls may count in increments; I, J and K alone where they are angles of a plane."""
+    letters = _PLAIN if _WEIGHTS.search(source) is not None else _PLAIN + b"R"
+    return letters + (b"IJK" if _TILT.search(source) is not None else b"")
+
+
+def _is_counted(match: "re.Match[bytes]", letters: bytes) -> bool:
+    """Whether a word is one of some letters, I, J and K in a line of G68.2 alone."""
+    if match[1] is None or match[1].upper() not in letters:
+        return False
+    if match[1].upper() not in b"IJK":
+        return True
+    text = match.string
+    end = text.find(b"\n", match.start())
+    line = text[text.rfind(b"\n", 0, match.start()) + 1 : end if end >= 0 else len(text)]
+    line = _REMARK.sub(b"", line)
+    return _TILT.search(line) is not None and _DIRECTIONS.search(line) is None
 
 
 def add_points(text: str) -> str:
     """A program with a decimal point behind each number that lacks one."""
     source = text.encode()
     letters = _list_letters(source)
-    return _BARE.sub(lambda one: one[0] + b"." * (one[1] is not None and one[1].upper() in letters), source).decode()
+    return _BARE.sub(lambda one: one[0] + b"." * _is_counted(one, letters), source).decode()
 
 
 def find_length_without_unit(source: Text) -> int | None:
     """Line of the first X, Y or Z of a program that has neither G20 nor G21; None where it has one, or no lengths."""
     if any(match[1] is not None for text in read_whole_lines(source) for match in _UNIT.finditer(text)):
         return None
-    found = [_find_first(source, pattern, b"XYZ") for pattern in (_POINTED_WORD, _BARE)]
+    found = [next(_find_words(source, pattern, b"XYZ"), None) for pattern in (_POINTED_WORD, _BARE)]
     return min((place[0] for place in found if place is not None), default=None)
 
 
-def _find_first(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> tuple[int, int, str] | None:
-    """Line, column and text of the first word of some letters that a pattern finds."""
+def _find_words(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> Iterator[tuple[int, int, str]]:
+    """Line, column and text of the words of some letters that a pattern finds."""
     line = 1
     for text in read_whole_lines(source):
+        start = 0
         for match in pattern.finditer(text):
-            if match[1] is not None and match[1].upper() in letters:
+            if _is_counted(match, letters):
                 begin = match.start()
-                column = begin - text.rfind(b"\n", 0, begin)
-                return line + text.count(b"\n", 0, begin), column, match.group().decode("ascii")
-        line += text.count(b"\n")
-    return None
+                line += text.count(b"\n", start, begin)
+                start = begin
+                yield line, begin - text.rfind(b"\n", 0, begin), match.group().decode("ascii")
+        line += text.count(b"\n", start)
 
 
-def _report_mixture(source: Text, line: int, column: int, word: str, pointed_line: int) -> Finding:
-    """What the word is here, and what it would be for a control that counts increments."""
+def _report_mixture(source: Text, bare: list[tuple[int, int, str]], pointed_line: int) -> Finding:
+    """What the first word is here, what it would be for a control that counts increments, and how many there are."""
+    (line, column, word), last_line = bare[0], bare[-1][0]
     number = "".join(word[1:].split())
-    if _DWELL.search(take_line(source, line) or b"") is not None:
+    code = _REMARK.sub(b"", take_line(source, line) or b"")
+    if _DWELL.search(code) is not None:
         units = ["s"]
-    elif word[0].upper() in _ANGLES:
+    elif word[0].upper() in f"{_ANGLES}IJK" or (word[0].upper() == "R" and _TURN.search(code) is not None):
         units = ["degrees"]
     else:
         named_codes = {match[1][-1:] for text in read_whole_lines(source) for match in _UNIT.finditer(text) if match[1]}
@@ -95,11 +118,15 @@ def _report_mixture(source: Text, line: int, column: int, word: str, pointed_lin
         for unit in units
     ]
     counted_values = " or ".join(f"{step} {unit}" for step, unit in zip(steps, units, strict=True))
+    subject, it, point = f"{word} has", "it", f"point ({word}.)"
+    if len(bare) > 1:
+        lines = f"line {line}" if last_line == line else f"lines {line} to {last_line}"
+        subject, it, point = f"{len(bare)} words ({word} first; {lines}) have", word, "points"
     return make_finding(
         "VP038",
-        f"{word} has no decimal point, and words of line {pointed_line} have one: it is read as {number} "
-        f"{' or '.join(units)}; a control set otherwise counts increments, and reads {counted_values}; write the point "
-        f'({word}.), or say which is meant: [fanuc] decimal_point = "calculator" ({number} {units[0]}) or '
+        f"{subject} no decimal point, and words of line {pointed_line} have one: {it} is read as {number} "
+        f"{' or '.join(units)}; a control set otherwise counts increments, and reads {counted_values}; write the "
+        f'{point}, or say which is meant: [fanuc] decimal_point = "calculator" ({number} {units[0]}) or '
         f'"conventional" ({steps[0]} {units[0]}) in verne-post.toml',
         advice="",
         line=line,
@@ -157,6 +184,7 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
         angle = (
             letter in _ANGLES
             or (letter in "IJK" and PLANE in codes)
+            or (letter == "R" and ROTATION in codes)
             or (letter in "JK" and codes.intersection(PATTERNS))
         )
         time = 40 in codes and letter in "XU"

@@ -54,6 +54,8 @@ from verne_post.model.plausibility import PLAUSIBLE
 
 _MAX_M_CODES: Final = 4
 _DIGITS_OF_CODES: Final = 2
+#: With U or W they are no holes in a pattern.
+_CYCLES_OF_LATHES: Final = (700, 710, 720)
 _MOST_NAMED: Final = 3
 #: Codes that few builders have, as G111 and G187 of Haas, begin here: they are written for no slip.
 _CODES_OF_BUILDERS: Final = 1000
@@ -282,8 +284,11 @@ class Rs274(Language):
         for letter in axes:
             if letter not in self.setup.axes:
                 text = self.setup.describe_missing_axis(letter)
+                lathe_code = next((code for code in g.values() if code in _CYCLES_OF_LATHES and letter in "UW"), None)
+                if lathe_code is not None:
+                    text += f"; {spell_g_code(lathe_code)} with {letter} is a cycle of lathes, which is not executed"
                 # a rotary axis is another machine's, and no slip
-                rights = [] if letter in "ABC" else self._list_keys_beside(block, letter)
+                rights = [] if letter in "ABC" or lathe_code else self._list_keys_beside(block, letter)
                 text += f"; {' or '.join(rights)} may be meant, whose key is beside" if rights else ""
                 edits = _write_beside(f"{letter}{block.words[letter]:g}", rights)
                 error = block.error("VP011", text, letter, edits=edits)

@@ -300,8 +300,8 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("ROTS", "AROTS", "CROTS", "CFINE", "MEAFRAME", "SETPA", "RPLA"),
                     "a frame in this form; write TRANS, ROT or CYCLE800"),
     **dict.fromkeys(("A2", "B2", "C2", "ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1", "ORIVIRT2"),
-                    "the tool axis as angles: their order differs from machine to machine; write A3= B3= C3=, or A "
-                    "and C"),
+                    "the tool axis as angles: their order differs from machine to machine; write A3= B3= C3=, or "
+                    "the angles of the rotary axes"),
     **dict.fromkeys(("A4", "B4", "C4", "A5", "B5", "C5", "LEAD", "TILT"),
                     "the tool axis relative to a surface; write A3= B3= C3="),
     **dict.fromkeys(("A6", "B6", "C6", "A7", "B7", "C7", "THETA", "NUT", "PSI", "XH", "YH", "ZH", "ORICONCW",
