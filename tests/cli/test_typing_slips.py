@@ -379,6 +379,7 @@ def test_a_sign_behind_a_number_may_be_no_operator(inspector: Inspector, tmp_pat
     assert "brackets" not in item.message
 
 
+PASS = "o<p> sub\nG1 X#1 F300\no<p> endsub\nG21 G90 G95 G17 G54\nM3 S9\nG0 X0 Y0 Z50 A0 C0\no<p> call [5]\nM2\n"
 LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500.\nM03\n{}"
 
 
@@ -386,7 +387,9 @@ LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500
     ("name", "text", "code", "title", "right"),
     [
         ("a.ngc", embed(".ngc", "G0 Z60\nX5 F300"), "VP009", "Write G1 before line 6", ("X5 F300", "G1\nX5 F300")),
-        ("b.ngc", embed(".ngc", "G95\nX3 F300"), "VP505", "Write G94 before line 6", ("X3 F300", "G94\nX3 F300")),
+        ("b.ngc", embed(".ngc", "G95\nG4 P1\nX3 F300"), "VP505", "Write G94 in place of G95 in line 5", ("G95", "G94")),
+        ("d.ngc", PASS, "VP505", "Write G94 in place of G95 in line 4", ("G95", "G94")),
+        ("e.ngc", embed(".ngc", "G95\nX3 F.3\nX4 F900"), "VP505", "Write G94 before line 7", ("X4", "G94\nX4")),
         ("a.h", embed(".h", COMPENSATED), "VP017", "Write R0 after Y+5 in line 6", ("Y+5", "Y+5 R0")),
         ("a.nc", FANUC_TOOL, "VP012", "Write G43 H1 before line 7", ("G1 Z40.", "G43 H1\nG1 Z40.")),
         ("b.nc", LAST_M03.format("%\nO1\n", "%\n"), "VP010", "Write M30 in place of M03 in line 7", ("M03", "M30")),
