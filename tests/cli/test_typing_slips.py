@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, TOOLS, check, inspector, look
+from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, TOOLS, apply_places, check, inspector, look
 from verne_post.base.suggestions import find_correction
 from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspector
@@ -445,7 +445,7 @@ def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wr
     found, _program = inspector.check_file(path, {path: text}, NEVER)
     (item,) = (replace(one, line=one.file_line, file=None) for one in found if one.code == "VP503")
     (fix,) = find_file_fixes(inspector, path, item, {path: text}, NEVER)
-    assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == text.replace(wrong, right)
+    assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == apply_places(fix) == text.replace(wrong, right)
 
 
 def test_a_jump_in_the_wrong_direction(inspector: Inspector, tmp_path: Path) -> None:

@@ -52,11 +52,11 @@ def _list_letters(source: Text) -> bytes:
     return _PLAIN if _WEIGHTS.search(source) is not None else _PLAIN + b"R"
 
 
-def add_points(text: str) -> str:
-    """A program with a decimal point behind each number that lacks one."""
-    source = text.encode()
+def list_missing_points(text: str) -> list[int]:
+    """Where a program lacks a decimal point, behind each number without one."""
+    source = text.encode("ascii", errors="replace")
     letters = _list_letters(source)
-    return _BARE.sub(lambda one: one[0] + b"." * (one[1] is not None and one[1].upper() in letters), source).decode()
+    return [one.end() for one in _BARE.finditer(source) if one[1] is not None and one[1].upper() in letters]
 
 
 def find_length_without_unit(source: Text) -> int | None:
