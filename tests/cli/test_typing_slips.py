@@ -329,6 +329,8 @@ def test_what_is_missing_in_a_line_of_siemens(inspector: Inspector, tmp_path: Pa
         (".ngc", "o5 whilee [0]\nX5\no5 endwhile", ("whilee", "while"), "Write while in place of whilee"),
         (".ngc", "#<d>=5\n#<d>=#<d>-1.5\nX#<d>", ("#<d>-1.5", "[#<d>-1.5]"), "Write [#<d>-1.5] in place of #<d>-1.5"),
         (".ngc", "#1=5\nX -#1 / 2 Y5", ("-#1 / 2", "[-#1 / 2]"), "Write [-#1 / 2] in place of -#1 / 2"),
+        (".ngc", "#1=5\nX[#1] 250", (" 250", " F250"), "Write F250 in place of 250"),
+        (".ngc", "#<a>=5\nX#<a> 250", (" 250", " F250"), "Write F250 in place of 250"),
     ],
 )
 def test_a_slip_of_blocks_has_one_finding_and_its_edit(
