@@ -1868,13 +1868,17 @@ def test_an_edit_has_the_version_of_its_text(client: Client, tmp_path: Path) -> 
 
 def test_points_are_written_behind_all_numbers_that_lack_them(client: Client, tmp_path: Path) -> None:
     """Not behind the numbers of codes, tools and remarks, nor behind 0."""
-    head = "%\nO1 (X7)\nG21 G90 G94 G17 G54\n"
+    head = "%\nO1 (\u00e9 X7)\nG21 G90 G94 G17 G54\n"
     text = f"{head}G0 X0 Y0 Z120 A0 C0\nG1 X-5 F500\nX5.\nG0 Z150\nM30\n%\n"
     uri = client.open(make_program(tmp_path, text))
     (said,) = client.diagnostics(uri)["diagnostics"]
     assert (said["code"], text_at(text, said["range"])) == ("VP038", "Z120")
     ((title, action),) = ask_fixes(client, uri, 3).items()
     assert title == "Write the point after 3 numbers without one (no errors then)"
+    edits = [edit for change in action["edit"]["documentChanges"] for edit in change["edits"]]
+    assert [(edit["range"]["start"], edit["newText"]) for edit in edits] == [
+        (edit["range"]["end"], ".") for edit in edits
+    ]
     mended = apply_edit(action, {uri: text})[uri]
     assert mended == f"{head}G0 X0 Y0 Z120. A0 C0\nG1 X-5. F500\nX5.\nG0 Z150.\nM30\n%\n"
     client.change(uri, 2, mended)

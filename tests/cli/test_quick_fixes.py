@@ -19,7 +19,7 @@ from verne_post.cli.lsp import server
 from verne_post.cli.lsp.callers import Callers
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.completion import complete_word
-from verne_post.cli.lsp.fixes import find_fixes, find_fixes_of_its_file
+from verne_post.cli.lsp.fixes import Fix, find_fixes, find_fixes_of_its_file
 from verne_post.cli.lsp.inspector import Inspected, Inspector
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import find_range
@@ -60,6 +60,15 @@ def check(inspector: Inspector, path: Path, text: str, setup: str = SETUP) -> In
     return inspector.check(path, {path: text}, NEVER)
 
 
+def apply_places(fix: Fix) -> str:
+    """The text after the single changes of an edit, as an editor makes them: none of them spans lines that stay."""
+    text = fix.text or ""
+    for begin, end, new in reversed(fix.list_edits()):
+        assert "\n" not in text[begin:end].removesuffix("\n")
+        text = text[:begin] + new + text[end:]
+    return text
+
+
 def look(
     inspector: Inspector, path: Path, text: str, setup: str = SETUP
 ) -> tuple[str, str, dict[str, tuple[Path, str, bool]]]:
@@ -69,7 +78,7 @@ def look(
     place = find_range(item, text.split("\n"))
     word = text.split("\n")[place.start.line][place.start.character : place.end.character]
     made = {
-        fix.title.partition(" (")[0]: (fix.path, f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}", fix.settles)
+        fix.title.partition(" (")[0]: (fix.path, apply_places(fix), fix.settles)
         for fix in find_fixes(inspector, found, item, {path: text}, NEVER)
         if fix.text is not None
     }

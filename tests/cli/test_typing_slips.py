@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, TOOLS, check, inspector, look
+from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, TOOLS, apply_places, check, inspector, look
 from verne_post.base.suggestions import find_correction
 from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspector
@@ -333,6 +333,8 @@ def test_what_is_missing_in_a_line_of_siemens(inspector: Inspector, tmp_path: Pa
         (".ngc", "o5 whilee [0]\nX5\no5 endwhile", ("whilee", "while"), "Write while in place of whilee"),
         (".ngc", "#<d>=5\n#<d>=#<d>-1.5\nX#<d>", ("#<d>-1.5", "[#<d>-1.5]"), "Write [#<d>-1.5] in place of #<d>-1.5"),
         (".ngc", "#1=5\nX -#1 / 2 Y5", ("-#1 / 2", "[-#1 / 2]"), "Write [-#1 / 2] in place of -#1 / 2"),
+        (".ngc", "#1=5\nX[#1] 250", (" 250", " F250"), "Write F250 in place of 250"),
+        (".ngc", "#<a>=5\nX#<a> 250", (" 250", " F250"), "Write F250 in place of 250"),
     ],
 )
 def test_a_slip_of_blocks_has_one_finding_and_its_edit(
@@ -383,6 +385,7 @@ def test_a_sign_behind_a_number_may_be_no_operator(inspector: Inspector, tmp_pat
     assert "brackets" not in item.message
 
 
+PASS = "o<p> sub\nG1 X#1 F300\no<p> endsub\nG21 G90 G95 G17 G54\nM3 S9\nG0 X0 Y0 Z50 A0 C0\no<p> call [5]\nM2\n"
 LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500.\nM03\n{}"
 
 
@@ -390,7 +393,9 @@ LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500
     ("name", "text", "code", "title", "right"),
     [
         ("a.ngc", embed(".ngc", "G0 Z60\nX5 F300"), "VP009", "Write G1 before line 6", ("X5 F300", "G1\nX5 F300")),
-        ("b.ngc", embed(".ngc", "G95\nX3 F300"), "VP505", "Write G94 before line 6", ("X3 F300", "G94\nX3 F300")),
+        ("b.ngc", embed(".ngc", "G95\nG4 P1\nX3 F300"), "VP505", "Write G94 in place of G95 in line 5", ("G95", "G94")),
+        ("d.ngc", PASS, "VP505", "Write G94 in place of G95 in line 4", ("G95", "G94")),
+        ("e.ngc", embed(".ngc", "G95\nX3 F.3\nX4 F900"), "VP505", "Write G94 before line 7", ("X4", "G94\nX4")),
         ("a.h", embed(".h", COMPENSATED), "VP017", "Write R0 after Y+5 in line 6", ("Y+5", "Y+5 R0")),
         ("a.nc", FANUC_TOOL, "VP012", "Write G43 H1 before line 7", ("G1 Z40.", "G43 H1\nG1 Z40.")),
         ("b.nc", LAST_M03.format("%\nO1\n", "%\n"), "VP010", "Write M30 in place of M03 in line 7", ("M03", "M30")),
@@ -451,7 +456,7 @@ def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wr
     found, _program = inspector.check_file(path, {path: text}, NEVER)
     (item,) = (replace(one, line=one.file_line, file=None) for one in found if one.code == "VP503")
     (fix,) = find_file_fixes(inspector, path, item, {path: text}, NEVER)
-    assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == text.replace(wrong, right)
+    assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == apply_places(fix) == text.replace(wrong, right)
 
 
 @pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9S", "9.5.0"])

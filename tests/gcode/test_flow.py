@@ -172,6 +172,12 @@ def test_errors_in_files_name_the_file(view):
         assert part in found[0].message
 
 
+def test_g95_of_another_file_is_in_no_line_of_the_program(view):
+    text, files = "S9 M3\no<a> call\nG94\nG0 X1\nG95\nM2", {"a": b"o<a> sub\nG95\no<a> endsub\n"}
+    moves, _found = view(text, subroutines=files, dialect="rs274")
+    assert moves.turn_feeds == ((0, 0), (5, 1))
+
+
 def test_a_text_may_not_end_in_a_call(view):
     found = view("M98 P1\nM2\nO1\nG0 X1", dialect="rs274")[1]
     assert [(item.code, item.line) for item in found] == [("VP010", 4)]

@@ -402,6 +402,7 @@ def test_a_line_with_a_letter_twice_has_the_columns_as_it_stands(run: Callable[.
         ("/N49 10. Y21.", 6, "10.: a number without a letter before it; did you mean X10.?"),
         ("X10. 21. Z4.", 6, "21.: a number without a letter before it; did you mean Y21.?"),
         ("X10. 2", 6, "2: a number without a letter before it; write its letter, such as Y2 or Z2"),
+        ("X[9] 2. Y9. F9.", 6, "2.: a number without a letter before it; write its letter, such as Z2."),
         ("G1 9.5 F300.", 4, "9.5: a number without a letter before it; write its letter, such as X9.5, Y9.5 or Z9.5"),
         ("N150. X35.", 1, "N150.: a block number has no decimal point; did you mean N150?"),
         ("N52050. (UP)", 1, "N52050.: a block number has no decimal point, and a letter may be missing in it"),

@@ -154,17 +154,29 @@ def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 f"F is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than {plausible.high:g} "
                 f"{plausible.unit}; "
             )
-            code = {"heidenhain": "M137", "aptcl": ""}.get(moves.language, "G94")
-            edits = (Remedy(f"write {code}", code, line=line, way="before", is_choice=True),) * bool(
-                code and per_turn[at]
-            )
-            right = f"write {code} before" if code else "write MMPM in its FEDRAT"
-            text += f"if mm/min were meant, {right}" if per_turn[at] else "is a decimal point missing?"
+            right, edits = _propose_feed_a_minute(moves, int(move[at])) if per_turn[at] else ("", ())
+            text += right or "is a decimal point missing?"
             # ten times as much is no cut at all: the machining time would be that of the machine's own limits
             severity = "error" if per_turn[at] and feed[at] >= 10.0 * turn.high else "warning"
             where = {"line": line, "last_line": line, "worst_line": line}
             yield make_finding("VP505", text, severity=severity, edits=edits, **where)
             return
+
+
+def _propose_feed_a_minute(moves: Moves, cut: int) -> tuple[str, tuple[Remedy, ...]]:
+    """What to write where F a turn was meant as F a minute, also as edits: in place of G95, or before the cut."""
+    code, line = {"heidenhain": "M137", "aptcl": ""}.get(moves.language, "G94"), int(moves.line[cut])
+    if not code:
+        return "if mm/min were meant, write MMPM in its FEDRAT", ()
+    before = Remedy(f"write {code}", code, line=line, way="before", is_choice=True)
+    g95, first = next((one for one in reversed(moves.turn_feeds) if one[1] <= cut), (0, 0))
+    if not g95:
+        return f"if mm/min were meant, write {code} before", (before,)
+    instead = Remedy("write G94", "94", line=g95, word=("G", 95.0), is_choice=True)
+    # a cut or a tapped hole that has taken G95 already may be why it was written
+    if np.any(np.isfinite(moves.feed[first:cut]) & (moves.kind[first:cut] != MoveKind.DWELL)):
+        return f"G95 of line {g95} is active: if mm/min were meant, write G94 before this cut", (before, instead)
+    return f"G95 of line {g95} is active: if mm/min were meant, write G94 in its place", (instead,)
 
 
 def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:

@@ -69,6 +69,7 @@ _LABEL_ALONE: Final = re.compile(rf"(<[^<>]+>)(?=(?:{'|'.join(KEYWORDS)})\b)", r
 _M_BEHIND_NUMBER: Final = re.compile(r"N0?(\d{1,2})(?![\d.])", re.IGNORECASE)
 _NAME_WITHOUT_HASH: Final = re.compile(r"3(<[^<>]+>)")
 _CODES_WITH_POINT: Final = ("5.1", "05.1", "43.4", "43.5", "53.1", "54.1", "54.2", "68.2", "68.3")
+_FEED_OR_PLACE: Final = re.compile(r"(?<![A-Z<_])[ABCFXYZ](?=[-+.\d#\[])")
 _BARE_NUMBER: Final = re.compile(r"[-+]?[\d.]*")
 #: A name that is set, without its #.
 _BARE_NAME: Final = re.compile(r"<[^<>=]+>(?==)")
@@ -384,6 +385,15 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
     return ProgramError("VP001", message, found.start() + 1, edits=edits)
 
 
+def _list_letters_behind_value(code: str, at: int, number: str) -> str:
+    """Letters that a number may have lost; behind an expression or a named parameter those of words not yet there."""
+    if code[at - 1 : at] not in ("]", ">"):
+        return "XYZ"
+    letters = re.sub("|".join(_FEED_OR_PLACE.findall(code)) or "$", "", "FXYZ")
+    is_feed = number[0] not in "+-" and not _FEED_OR_PLACE.search(code, at)
+    return (letters if is_feed else letters.removeprefix("F")) or "XYZ"
+
+
 def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool, has_number: bool) -> str:
     if character == "N":
         return "N must be the first word of a block"
@@ -403,7 +413,9 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
             return f"{number}: a number without a letter before it; did you mean #{number}?"
         code = "G" if len(number) <= len("99") else "S"
         code += "M" if number in _NUMBERS_OF_M else ""
-        letters = (f"N{code}" if first else code) if number.isdigit() and (first or has_number) else "XYZ"
+        letters = _list_letters_behind_value(reader.characters, at, number)
+        if number.isdigit() and (first or has_number):
+            letters = f"N{code}" if first else code
         *some, last = [f"{letter}{number}" for letter in letters]
         such = f"{', '.join(some)} or {last}" if some else last
         return f"{number}: a number without a letter before it; write its letter, such as {such}"

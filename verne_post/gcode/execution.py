@@ -300,6 +300,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             if in_main and line == stop.before_line:
                 break
             execution.recorder.note_calls(calls.chain)
+            execution.recorder.is_in_other_file = shown_line is not None
             restart = stop.trace is not None and may_restart(state) and run.may_restart()
             moves = execution.recorder.count
             contour = 0 if state.compensation is None else state.compensation.start_line

@@ -169,11 +169,13 @@ class Recorder(Struct):
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     tcp_ends: list[PlaneCall] = field(default_factory=list)
     calls: list[CallSpan] = field(default_factory=list)
+    is_in_other_file: bool = False  #: In a subprogram of another file, of which only the line of its call is known.
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
     read_tools: set[int] = field(default_factory=set)
     planes: list[PlaneCall] = field(default_factory=list)
     speeds: list[tuple[int, int]] = field(default_factory=list)
+    turn_feeds: list[tuple[int, int]] = field(default_factory=list)
     #: Number of the next move at the first feed rate that is given after each change of tools.
     feeds: list[int] = field(default_factory=list)
     lacks_feed: bool = False  #: True from a change of tools to that.
@@ -599,6 +601,7 @@ class Recorder(Struct):
             read_tools=frozenset(self.read_tools),
             planes=tuple(self.planes),
             speeds=tuple(self.speeds),
+            turn_feeds=tuple(self.turn_feeds),
             feeds=tuple(self.feeds),
             language=self.language,
             first_cut=self.first_cut,

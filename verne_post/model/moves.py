@@ -358,6 +358,7 @@ class Moves(Struct, frozen=True):
     planes: tuple[PlaneCall, ...] = ()  #: Tilted planes, in the order of execution.
     #: Line and number of the next move, of each word that gives the spindle a speed.
     speeds: tuple[tuple[int, int], ...] = ()
+    turn_feeds: tuple[tuple[int, int], ...] = ()  #: The same of each G95; line 0: in another file.
     feeds: tuple[int, ...] = ()  #: Number of the next move, of the first feed rate after each change of tools.
     language: str = ""  #: "siemens", "heidenhain" or "aptcl": whose words messages have; else those of G-code.
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
@@ -430,15 +431,19 @@ class Moves(Struct, frozen=True):
             name: tuple(max(number - first, 0) for number in getattr(self, name))
             for name in ("tcp_changes", "named_changes", "length_ends", "feeds")
         }
+        given = {
+            name: tuple((line, max(number - first, 0)) for line, number in getattr(self, name))
+            for name in ("speeds", "turn_feeds")
+        }
         return replace(
             self,
             **rows,
             **said,
             **counted,
+            **given,
             events=(*switched, *kept),
             start=self.end[first - 1],
             start_frame=start_frame,
-            speeds=tuple((line, max(number - first, 0)) for line, number in self.speeds),
             first_cut=max(self.first_cut - first, 0),
             machine_moves=tuple(one - first for one in self.machine_moves if one >= first),
         )

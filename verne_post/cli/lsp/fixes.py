@@ -37,7 +37,7 @@ from verne_post.config.toml_entries import (
 from verne_post.config.toml_text import read_toml, replace_pasted
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
-from verne_post.gcode.rs274.fanuc_points import add_points
+from verne_post.gcode.rs274.fanuc_points import list_missing_points
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_pose, is_about_text
 
@@ -276,7 +276,8 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
             begin, new = _find_offset(text, at - 1) + there.start(), wrong_value[2] or wrong_value[4]
             yield Fix(f"Write {new} in place of {there[0]}", path, text, begin, begin + len(there[0]), new)
     if (new := replace_pasted(text)) != text:
-        yield Fix(_REPLACE_PASTED, path, text, 0, len(text), new)
+        signs = enumerate(zip(text, new, strict=True))
+        yield _change_words(_REPLACE_PASTED, path, text, [(k, k + 1, one) for k, (had, one) in signs if one != had])
     missing = re.match(r"([\w.-]+) is missing\b", sentence)
     if missing is not None and (change := _plan_change(text, tuple(missing[1].split(".")), _TO_FILL_IN)):
         title = f"Add {missing[1]} = {_TO_FILL_IN}, to be filled in"
@@ -307,16 +308,20 @@ def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iter
 def _mark_diameter(setup: Path, text: str, key: Key) -> Fix | None:
     """The diameter of a tool, to be filled in: beside its length, also where that is the one of the whole program."""
     tool, name, length = key[:2], f"{key[0]}.{quote_key(key[1])}", find_value(text, ("tool_length",))
-    left, edit = text, Edit(key, _TO_FILL_IN)
+    left, edit, words = text, Edit(key, _TO_FILL_IN), list[tuple[int, int, str]]()
     if find_value(text, key):
         return None
     if not find_value(text, tool):
-        left = re.sub(r"(?m)^[ \t]*tool_length[ \t]*=.*\n?", "", text, count=1)
+        if (whole := re.search(r"(?m)^[ \t]*tool_length[ \t]*=.*\n?", text)) is not None:
+            words, left = [(*whole.span(), "")], text[: whole.start()] + text[whole.end() :]
         edit = Edit(tool, f"{{ length = {length or _TO_FILL_IN}, diameter = {_TO_FILL_IN} }}")
     change = _plan_change(left, edit.key, edit.value)
+    if change is None:
+        return None
     what = f"{name}{'.diameter' * (edit.key == key)} = {edit.value}"
-    title = f"Add {what} to {setup.name}{' in place of tool_length' * (left != text)}, to be filled in"
-    return None if change is None else Fix(title, setup, text, 0, len(text), change.apply(left))
+    title = f"Add {what} to {setup.name}{' in place of tool_length' * bool(words)}, to be filled in"
+    below = len(text) - len(left) if words and change.begin >= words[0][0] else 0
+    return _change_words(title, setup, text, sorted([*words, (change.begin + below, change.end + below, change.new)]))
 
 
 def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:
@@ -395,9 +400,9 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             yield Fix(title, found.path, text, begin, end, near, spells=True)
             yield from _spell_in_proc(found, item, near, name[0])
     if item.code == "VP038":
-        pointed_text = add_points(text)
-        title = f"Write the point after {format_count(len(pointed_text) - len(text), 'number')} without one"
-        yield Fix(title, found.path, text, 0, len(text), pointed_text)
+        words = [(at, at, ".") for at in list_missing_points(text)]
+        title = f"Write the point after {format_count(len(words), 'number')} without one"
+        yield _change_words(title, found.path, text, words)
     if item.code == "VP006" and item.column is not None and not item.edits:
         begin, end = _find_span(item, text)
         if _REST_OF_VALUE.search(text[:begin].rpartition("\n")[2]) is None:
@@ -562,15 +567,15 @@ def _change_everywhere(found: Inspected, item: Finding, remedy: Remedy, written:
         at += len(line) + 1
     if len(words) > 1:
         title = f"Write {meant} in place of {written} in all {len(words)} places"
-        yield _change_words(title, found, words, is_choice=remedy.is_choice)
+        yield _change_words(title, found.path, found.text, words, is_choice=remedy.is_choice)
 
 
-def _change_words(title: str, found: Inspected, words: list[tuple[int, int, str]], **what: bool) -> Fix:
+def _change_words(title: str, path: Path, text: str, words: list[tuple[int, int, str]], **what: bool) -> Fix:
     """One edit of several words, from first to last."""
     ends = [0, *(end for _begin, end, _new in words)]
-    parts = [found.text[end:begin] + new for end, (begin, _end, new) in zip(ends, words, strict=False)]
-    whole = "".join(parts) + found.text[ends[-1] :]
-    return Fix(title, found.path, found.text, 0, len(found.text), whole, words=tuple(words), **what)
+    parts = [text[end:begin] + new for end, (begin, _end, new) in zip(ends, words, strict=False)]
+    whole = "".join(parts) + text[ends[-1] :]
+    return Fix(title, path, text, 0, len(text), whole, words=tuple(words), **what)
 
 
 def _translate_everywhere(found: Inspected) -> Iterator[Fix]:
@@ -585,7 +590,7 @@ def _translate_everywhere(found: Inspected) -> Iterator[Fix]:
         at += len(line) + 1
     if count > 1:
         title = f"{_REPLACE_PASTED} in all {count} lines"
-        yield _change_words(title, found, words, spells=True)
+        yield _change_words(title, found.path, found.text, words, spells=True)
 
 
 def _find_span(item: Finding, text: str) -> tuple[int, int]:

@@ -8,6 +8,7 @@ import logging
 import re
 import sys
 import threading
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -451,8 +452,9 @@ class Session:
     ) -> lsp.CodeAction:
         """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
         lines, convert = split_lines(fix.text or ""), self.server.workspace.position_codec.range_to_client_units
+        begins = [0, *(one.end() for one in re.finditer("\n", fix.text or ""))]  # an edit may have thousands of places
         changes = [
-            lsp.TextEdit(convert(lines, lsp.Range(*(_find_position(fix.text or "", at) for at in place))), new)
+            lsp.TextEdit(convert(lines, lsp.Range(*(_find_position(begins, at) for at in place))), new)
             for *place, new in fix.list_edits()
         ]
         edit = lsp.WorkspaceEdit(changes={document.uri: changes})
@@ -539,9 +541,10 @@ def _place_in_setup(item: Finding, setup: Path, program: str, text: str) -> Find
     )
 
 
-def _find_position(text: str, at: int) -> lsp.Position:
-    """The line and column of a place in a text."""
-    return lsp.Position(text[:at].count("\n"), at - text.rfind("\n", 0, at) - 1)
+def _find_position(begins: Sequence[int], at: int) -> lsp.Position:
+    """The line and column of a place in a text whose lines begin at these places."""
+    line = bisect_right(begins, at) - 1
+    return lsp.Position(line, at - begins[line])
 
 
 def _make_line_range(line: int) -> lsp.Range:

@@ -270,6 +270,13 @@ class Machining:
                 self.has_zero_feed = False
         state.feed_mode = mode
 
+    def name_feed_mode(self, mode: FeedMode, line: int) -> None:
+        """What F means from a word of ``line`` on, which is what a message about it names."""
+        self.set_feed_mode(mode)
+        self.word_lines["G93"] = line if mode == _INVERSE else 0
+        if mode == _PER_REVOLUTION:
+            self.recorder.turn_feeds.append((0 if self.recorder.is_in_other_file else line, self.recorder.count))
+
     def set_feed(self, feed: float, angular: float | None = None, *, is_given: bool = True) -> None:
         """Set a feed rate in its feed mode, lengths in mm; ``angular`` is for rotary axes alone, else the same.
 

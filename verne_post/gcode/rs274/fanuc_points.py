@@ -72,11 +72,11 @@ def _is_counted(match: "re.Match[bytes]", letters: bytes) -> bool:
     return _TILT.search(line) is not None and _DIRECTIONS.search(line) is None
 
 
-def add_points(text: str) -> str:
-    """A program with a decimal point behind each number that lacks one."""
-    source = text.encode()
+def list_missing_points(text: str) -> list[int]:
+    """Where a program lacks a decimal point, behind each number without one."""
+    source = text.encode("ascii", errors="replace")
     letters = _list_letters(source)
-    return _BARE.sub(lambda one: one[0] + b"." * _is_counted(one, letters), source).decode()
+    return [one.end() for one in _BARE.finditer(source) if _is_counted(one, letters)]
 
 
 def find_length_without_unit(source: Text) -> int | None:

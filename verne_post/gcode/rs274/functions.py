@@ -37,8 +37,7 @@ class FunctionCodes:
     def set_feed(self, block: Block, g: dict[str, int]) -> None:
         state = self.state
         if (mode := g.get("feed mode")) is not None:
-            self.core.set_feed_mode(_FEED_MODES[mode])
-            self.core.word_lines["G93"] = block.line if _FEED_MODES[mode] == FeedMode.INVERSE else 0
+            self.core.name_feed_mode(_FEED_MODES[mode], block.line)
         if "F" in block.words:
             value = block.words["F"]
             if value < 0:

@@ -90,8 +90,7 @@ class SiemensAuxiliary:
     def run_feed(self, words: Words) -> None:
         state = self.state
         if (mode := words.find_code("feed mode")) is not None:
-            self.core.set_feed_mode(_FEED_MODES[mode])
-            self.core.word_lines["G93"] = words.line if mode == "G93" else 0
+            self.core.name_feed_mode(_FEED_MODES[mode], words.line)
         feed = words.take("F") if words.find_code("dwell") is None else None
         if feed is not None:
             if feed.value < 0:
