@@ -156,6 +156,16 @@ def test_the_radius_of_an_arc_is_cr_also_in_a_loop(
     assert [settles for _path, _text, settles in made.values()] == [len(right) == 1] * len(right)
 
 
+def test_a_tool_that_cannot_be_read_leaves_no_empty_spindle_behind(inspector: Inspector, tmp_path: Path) -> None:
+    contour = "TRAFOOF\nG41 G1 X-10 Y-15 F500\nX0\nG40 X10\nM30\n"
+    program = PROGRAM.partition("N50")[0] + "G0 X-20 Y-15 Z40\nZ12\n" + contour
+    setup = SETUP.partition("\n")[2] + "[tools]\nMILL = { length = 80, diameter = 6 }\n"
+    message, _marked, _made = look(inspector, tmp_path / "a.mpf", program.replace('L" D1', "L D1"), setup)
+    assert message.startswith("the text is not closed on its line")
+    emptied = program.replace('T="MILL" D1', "T0")
+    assert "no tool is in the spindle" in look(inspector, tmp_path / "b.mpf", emptied, setup)[0]
+
+
 DRILLING = """N10 G17 G54 G90 G94 G710
 N20 T="MILL" D1
 N30 M6
