@@ -285,14 +285,14 @@ def find_radius(cursor: Cursor, at: int, is_set: Callable[[str], bool]) -> Progr
     if word is None or _CENTRE.search(block) or not (_ARC.search(block) and _END_OF_ARC.search(block)):
         return None
     before = _WORD_BEFORE.search(cursor.text[max(at - _LONGEST_NAME, 0) : at])
-    glued, blank = ("", "") if before is None else (before[0], " ")
-    written_text = f"{glued}{word[0]}"
+    word_before, blank = ("", "") if before is None else (before[0], " ")
+    written_text = f"{word_before}{word[0]}"
     values = (word[1], word[0]) if is_set(word[0].upper()) else (word[1],)
-    rights = [f"{glued}{blank}CR={value}" for value in values]
+    rights = [f"{word_before}{blank}CR={value}" for value in values]
     meaning = f"did you mean {rights[0]}?" if len(rights) == 1 else f"{' or '.join(rights)}{MAY_BE_MEANT}"
     edits = tuple(Remedy(f"write {one}", one, misspelt=written_text, is_choice=len(rights) > 1) for one in rights)
     text = f"{written_text}: the radius of an arc is CR= in this language; {meaning}"
-    return cursor.error("VP001", text, at - len(glued), edits)
+    return cursor.error("VP001", text, at - len(word_before), edits)
 
 
 def propose_feed(error: ProgramError, cursor: Cursor, at: int) -> None:
