@@ -928,6 +928,10 @@ def test_a_word_that_fits_the_place_is_completed_alone() -> None:
         ("a.h", f'{KLARTEXT}LBL "HOLE"\nLBL 0\nCALL LBL "H', ['"HOLE"']),
         ("a.h", f"{KLARTEXT}LBL 7\nLBL 0\nFN 9: IF +Q1 EQU +1 GOTO LBL ", ["7"]),
         ("a.h", f"{KLARTEXT}CYCL CALL ", []),
+        ("a.mpf", f"{SIEMENS}DEF REAL DEPTH=2\nR1=3\nG1 Z=", ["DEPTH", "R1", "AC(", "IC("]),
+        ("a.mpf", f"{SIEMENS}G0 C=", ["AC(", "IC(", "DC("]),
+        ("a.mpf", f'{SIEMENS}R1=3\nMSG("Z=', []),
+        ("a.mpf", f"{SIEMENS}R1=3 ; R1=", []),
     ],
 )
 def test_what_may_follow_is_completed(name: str, text: str, offered: list[str]) -> None:

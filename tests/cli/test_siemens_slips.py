@@ -134,6 +134,38 @@ def test_the_cycle_whose_key_is_beside_is_named(inspector: Inspector, tmp_path: 
     assert [made_text[1:] for made_text in made.values()] == [(right, False)]
 
 
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("G3 X-4 Y-15 R5", ["G3 X-4 Y-15 CR=5"]),
+        ("G3 X-4 Y-15 R-5.5", ["G3 X-4 Y-15 CR=-5.5"]),
+        ("G3X-4Y-15R5F300", ["G3X-4Y-15 CR=5F300"]),
+        ("G3 X-4 Y-15 R7", ["G3 X-4 Y-15 CR=7", "G3 X-4 Y-15 CR=R7"]),
+    ],
+)
+def test_the_radius_of_an_arc_is_cr_also_in_a_loop(
+    inspector: Inspector, tmp_path: Path, wrong: str, right: list[str]
+) -> None:
+    """F5 was named, and in a loop the parameter was told again."""
+    program = PROGRAM.replace("N130 R1=2", "N130 R7=9 R1=4").replace(
+        "N150 SLOT(12.5,R1)", f"G0 Z12\nG1 X-10 Y-15 F500\n{wrong}\nG1 X-10"
+    )
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", program, SETUP)
+    assert "the radius of an arc is CR= in this language" in message and "F5" not in message.partition("radius")[2]
+    assert [text for _path, text, _settles in made.values()] == [program.replace(wrong, one) for one in right]
+    assert [settles for _path, _text, settles in made.values()] == [len(right) == 1] * len(right)
+
+
+def test_a_tool_that_cannot_be_read_leaves_no_empty_spindle_behind(inspector: Inspector, tmp_path: Path) -> None:
+    contour = "TRAFOOF\nG41 G1 X-10 Y-15 F500\nX0\nG40 X10\nM30\n"
+    program = PROGRAM.partition("N50")[0] + "G0 X-20 Y-15 Z40\nZ12\n" + contour
+    setup = SETUP.partition("\n")[2] + "[tools]\nMILL = { length = 80, diameter = 6 }\n"
+    message, _marked, _made = look(inspector, tmp_path / "a.mpf", program.replace('L" D1', "L D1"), setup)
+    assert message.startswith("the text is not closed on its line")
+    emptied = program.replace('T="MILL" D1', "T0")
+    assert "no tool is in the spindle" in look(inspector, tmp_path / "b.mpf", emptied, setup)[0]
+
+
 DRILLING = """N10 G17 G54 G90 G94 G710
 N20 T="MILL" D1
 N30 M6

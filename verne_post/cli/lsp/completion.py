@@ -33,6 +33,7 @@ from verne_post.config.toml_entries import (
 from verne_post.gcode.block import KEYWORDS
 from verne_post.gcode.klartext.vocabulary import STATEMENTS
 from verne_post.gcode.known_words import list_meanings, list_values_of_cycle
+from verne_post.gcode.siemens.vocabulary import VALUE_MODES
 from verne_post.model.control_keys import KEYS
 from verne_post.model.options import OPTIONS, find_about
 from verne_post.model.part_setup import SYSTEM_NUMBERS
@@ -56,6 +57,9 @@ _TOOL: Final = re.compile(
 )
 #: What follows the number or name of an O word; first words of Klartext that stand nowhere else.
 _AFTER_O: Final = re.compile(r"[ \t]*o[ \t]*(?:\d+|<[^>]*>)[ \t]+([A-Z]*)$", re.IGNORECASE)
+#: A place, or the angle of a spindle, of Siemens to which a value is to be given; blocks whose X is none.
+_PLACE: Final = re.compile(r"(?<![A-Z_$\d])(?:[IJK]|([XYZ])|([ABC])|(SPOS))[ \t]*=[ \t]*$", re.IGNORECASE)
+_NO_PLACE: Final = re.compile(r"\b(?:DEF|FOR|A?(?:TRANS|ROTS?|SCALE|MIRROR))\b|[\"(\[]", re.IGNORECASE)
 _STATEMENTS: Final = {word.split()[0] for word in STATEMENTS} - {"R0", "RL", "RR", "M", "F", "S", "Q", "QL", "QR", "QS"}
 
 
@@ -99,6 +103,10 @@ def complete_word(
         Choice(begin, word, line, word if before[begin : begin + 1] == '"' else word.strip('"'))
         for begin, word, line in begun
     ]
+    if dialect == "siemens" and (place := _PLACE.search(before)) and not _NO_PLACE.search(before):
+        has_axis, turns, is_spindle = (bool(one) for one in place.groups())
+        modes = [*["AC"] * (not is_spindle), *["IC"] * (has_axis or turns), *["DC"] * (turns or is_spindle)]
+        own += [Choice(column, f"{mode}(", VALUE_MODES[mode], f"{mode}(") for mode in modes]
     if dialect == "heidenhain" and before.count('"') % 2:
         return own
     for begin in range(len(before)):

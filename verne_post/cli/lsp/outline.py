@@ -104,7 +104,8 @@ _NO_MARK: Final = re.compile(r"$")
 _BY_NUMBER: Final = re.compile(r"(?:M98|G6[56])(?!\d)[^\n(;]*P\s*\d*$", re.IGNORECASE)
 _CALL_PGM: Final = re.compile(r"CALL\s+PGM\s*\"?[^\"\n;~]*$", re.IGNORECASE)
 _DO: Final = re.compile(r"^\s*O\s*(?:<[^>]+>|\d+)\s*DO\b", re.IGNORECASE)
-_LESS: Final = re.compile(r"<\s*$")
+#: Where a value begins, outside texts.
+_VALUE: Final = re.compile(r"^(?:[^\"]|\"[^\"]*\")*[<=]\s*$")
 #: The names of DEF in Siemens, and their type, which is one word, perhaps with a length.
 _DEF: Final = re.compile(r"\bDEF\b(?:\s+\w+)*?\s+(?:REAL|INT|BOOL|CHAR|AXIS|FRAME|STRING\s*\[[^]]*\])\s", re.IGNORECASE)
 
@@ -300,7 +301,7 @@ class Outline:
                 continue
             mark = _MARKS.get(self.dialect, _NO_MARK).search(before[: begun.begin])
             sign = mark[0] if mark else ""
-            is_asked = sign or (self.dialect not in _MARKS and _LESS.search(before))
+            is_asked = sign or (self.dialect not in _MARKS and _VALUE.search(before))
             if pattern == self.words.use and not before[begun.begin :] and not is_asked:
                 continue
             named: Sequence[Named | Path] = (

@@ -53,6 +53,7 @@ _WITHOUT_TCP: Final = "without TRAORI"
 _MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-3])(?![\d.=])")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 _LONE_M: Final = re.compile(r"(?<![A-Z0-9_$])M(?:0?6)?(?=[ \t]|$)")
+_TOOL: Final = re.compile(r"(?<![A-Z0-9_$])T1?[ \t]*[=\"]")
 _SET_R: Final = re.compile(r"(?<![\w$])R(\d{1,5})[ \t]*=(?!=)")
 _SET_VALUE: Final = re.compile(r"[ \t]*+(?:N\d++[ \t]*+)?(?:R\d|\w++[ \t]*+=)")
 #: What ends the cycle of MCALL.
@@ -85,6 +86,8 @@ class Executor:
         self.has_unknown_name = False
         #: A line that cannot be read may have set an R parameter: a feed rate of zero may only follow from it.
         self.has_unread_value = False
+        #: A T that cannot be read: the spindle may only be empty because of it.
+        self.has_unread_tool = False
         #: A CYCLE800 that was not executed: the plane in force is the one before it.
         self.has_unread_plane = False
         #: Where A, B and C stood at the last line of them that was not executed.
@@ -241,6 +244,8 @@ class Executor:
         if named_letters & set("XYZ"):  # the motion after a change of the length, which VP016 asks for
             forget_change_of_length(state)
         follows |= self.has_unread_value and error.code == "VP009"
+        follows |= self.has_unread_tool and error.code == "VP012" and "no tool is in the spindle" in error.message
+        self.has_unread_tool |= error.code == "VP001" and _TOOL.search(text) is not None
         follows |= self.has_unread_plane and error.code == "VP017" and "CYCLE800" in error.message
         self.has_unread_plane |= "CYCLE800" in text
         # where it would have turned the rotary axes, a tool still points as they stood

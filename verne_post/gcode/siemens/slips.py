@@ -52,6 +52,12 @@ _LETTER_OF_DIGIT: Final = re.compile(
     r"(?<![A-Z_$\d.=])([A-Z][-+]?)(\d{0,9}\.?\d{0,9})([QWERTYUIP])(\d{0,9}\.?\d{0,9})(?![\w.=(\[])", re.IGNORECASE
 )
 _DIGITS_ABOVE: Final = str.maketrans("QWERTYUIP", "123456780")
+#: A radius as other languages write it, a word that it may be glued to, an arc, its end, its centre or radius.
+_RADIUS: Final = re.compile(r"R([-+]?(?:\d+\.?\d*|\.\d+))(?![\d_.]|[ \t]*[-+*/=(\[])", re.IGNORECASE)
+_WORD_BEFORE: Final = re.compile(r"[A-Z][-+]?[\d.]{1,20}$", re.IGNORECASE)
+_ARC: Final = re.compile(r"(?<![A-Z_$\d])G0?[23](?![\d.])", re.IGNORECASE)
+_END_OF_ARC: Final = re.compile(r"(?<![A-Z_$])[XYZ][ \t]*[-+.\d=]", re.IGNORECASE)
+_CENTRE: Final = re.compile(r"(?<![A-Z_$])(?:[IJK][ \t]*[-+.\d=]|(?:[IJK]1|[CA]R|[AR]P)[ \t]*=)", re.IGNORECASE)
 #: Letters whose keys are beside that of G.
 _BESIDE_G: Final = "BFHTVY"
 #: Letters of a name that others may be glued to.
@@ -271,6 +277,22 @@ def propose_key_beside(error: ProgramError, wrong: str, right: str) -> ProgramEr
     error.message += f"; {right}{MAY_BE_MEANT}, whose key is beside"
     error.edits += (Remedy(f"write {right}", right, misspelt=wrong, is_choice=True),)
     return error
+
+
+def find_radius(cursor: Cursor, at: int, is_set: Callable[[str], bool]) -> ProgramError | None:
+    """The error of R5 in an arc without a centre, as other languages write its radius; None for others."""
+    word, block = _RADIUS.match(cursor.text, at), _TEXT.sub("", cursor.text)
+    if word is None or _CENTRE.search(block) or not (_ARC.search(block) and _END_OF_ARC.search(block)):
+        return None
+    before = _WORD_BEFORE.search(cursor.text[max(at - _LONGEST_NAME, 0) : at])
+    word_before, blank = ("", "") if before is None else (before[0], " ")
+    written_text = f"{word_before}{word[0]}"
+    values = (word[1], word[0]) if is_set(word[0].upper()) else (word[1],)
+    rights = [f"{word_before}{blank}CR={value}" for value in values]
+    meaning = f"did you mean {rights[0]}?" if len(rights) == 1 else f"{' or '.join(rights)}{MAY_BE_MEANT}"
+    edits = tuple(Remedy(f"write {one}", one, misspelt=written_text, is_choice=len(rights) > 1) for one in rights)
+    text = f"{written_text}: the radius of an arc is CR= in this language; {meaning}"
+    return cursor.error("VP001", text, at - len(word_before), edits)
 
 
 def propose_feed(error: ProgramError, cursor: Cursor, at: int) -> None:

@@ -26,6 +26,7 @@ from verne_post.gcode.siemens.slips import (
     explain_signed_count,
     find_letter_of_digit,
     find_lost_bracket,
+    find_radius,
     propose_feed,
     propose_key_beside,
     refuse_l,
@@ -185,6 +186,7 @@ class WordReader:
         self.variables, self.is_subprogram, self.user_names = variables, is_subprogram, user_names
         self.list_subprograms: Callable[[], Iterable[str]] = tuple  #: Their names; the flow of a program sets it.
         self.declared_names: set[str] = set()  #: By EXTERN.
+        self._never_set: set[int] = set()  #: R parameters that only a word without its value has named.
 
     def read(self, cursor: Cursor, line: int) -> Words:
         """Read the rest of a line.
@@ -413,13 +415,17 @@ class WordReader:
             words.user_names.append(name)
         elif _SUBPROGRAM.match(name) and self.is_subprogram(name):
             words.calls.append(Call(name, None, at + 1))
+        elif name[0] == "R" and (radius := find_radius(cursor, at, self._is_set)) is not None:
+            raise radius
         elif (number := read_r_number(name)) is not None:
             is_in_number = cursor.text[at - 1 : at].isdigit()
             letter_of_digit = find_letter_of_digit(cursor, at) if is_in_number else None
             error = letter_of_digit or _refuse_missing_equals(name, cursor, at)
-            if number not in self.variables.r and letter_of_digit is None:
+            if not self._is_set(name) and letter_of_digit is None:
                 propose_feed(error, cursor, at)
-            self.variables.r.setdefault(number, 0.0)  # nothing more of it
+            if number not in self.variables.r:  # nothing more of it; a loop says the same again
+                self.variables.r[number] = 0.0
+                self._never_set.add(number)
             raise error
         elif _LETTER_NUMBER.match(cursor.text, at) and (len(name) == 1 or name[1].isdigit()):
             cursor.at = at
@@ -428,6 +434,10 @@ class WordReader:
             words.calls.append(Call(name, None, at + 1))
         else:
             raise self._make_unknown_error(name, cursor, at, words if _SUBPROGRAM.match(name) else None)
+
+    def _is_set(self, name: str) -> bool:
+        number = read_r_number(name)
+        return number in self.variables.r and number not in self._never_set
 
     def _read_letter(self, cursor: Cursor, words: Words) -> None:
         """A letter and a number; another word may follow without a blank."""
