@@ -71,6 +71,14 @@ def name_word(core: "Machining", name: str, word: str, line: int) -> str:
     return "" if since == line else f"; {word} of line {since} is active"
 
 
+def name_feed_mode(core: "Machining", mode: FeedMode, line: int) -> None:
+    """What F means from a word of ``line`` on, which is what a message about it names."""
+    core.set_feed_mode(mode)
+    core.word_lines["G93"] = line if mode == _INVERSE else 0
+    if mode == _PER_REVOLUTION:
+        core.recorder.turn_feeds.append((0 if core.recorder.is_in_other_file else line, core.recorder.count))
+
+
 def explain_inverse_time(core: "Machining", error: ProgramError) -> ProgramError:
     """An error that G94 would settle, with the line of G93; with others of this G93 it is one finding."""
     if line := core.word_lines.get("G93"):
@@ -269,13 +277,6 @@ class Machining:
                 self.set_feed(0.0)
                 self.has_zero_feed = False
         state.feed_mode = mode
-
-    def name_feed_mode(self, mode: FeedMode, line: int) -> None:
-        """What F means from a word of ``line`` on, which is what a message about it names."""
-        self.set_feed_mode(mode)
-        self.word_lines["G93"] = line if mode == _INVERSE else 0
-        if mode == _PER_REVOLUTION:
-            self.recorder.turn_feeds.append((0 if self.recorder.is_in_other_file else line, self.recorder.count))
 
     def set_feed(self, feed: float, angular: float | None = None, *, is_given: bool = True) -> None:
         """Set a feed rate in its feed mode, lengths in mm; ``angular`` is for rotary axes alone, else the same.

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, name_feed_mode
 from verne_post.gcode.machining.settings import restore_settings, save_settings
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.modes import Modes, Saved
@@ -37,7 +37,7 @@ class FunctionCodes:
     def set_feed(self, block: Block, g: dict[str, int]) -> None:
         state = self.state
         if (mode := g.get("feed mode")) is not None:
-            self.core.name_feed_mode(_FEED_MODES[mode], block.line)
+            name_feed_mode(self.core, _FEED_MODES[mode], block.line)
         if "F" in block.words:
             value = block.words["F"]
             if value < 0:

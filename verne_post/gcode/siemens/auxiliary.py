@@ -6,6 +6,7 @@ from verne_post.base.numbers import is_count
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.codes import CodeTable, read_m_code
 from verne_post.gcode.machining.auxiliary import refuse_twice
+from verne_post.gcode.machining.machining import name_feed_mode
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.program_error import At
 from verne_post.gcode.siemens.modes import FEED_CODES
@@ -90,7 +91,7 @@ class SiemensAuxiliary:
     def run_feed(self, words: Words) -> None:
         state = self.state
         if (mode := words.find_code("feed mode")) is not None:
-            self.core.name_feed_mode(_FEED_MODES[mode], words.line)
+            name_feed_mode(self.core, _FEED_MODES[mode], words.line)
         feed = words.take("F") if words.find_code("dwell") is None else None
         if feed is not None:
             if feed.value < 0:
