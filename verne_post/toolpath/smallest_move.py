@@ -69,9 +69,11 @@ class SmallestMove:
         """The nearest place (4,) found by a shift along all free axes or some: fewer are searched more closely."""
         shifts = self.search.free & [True, True, True, False]
         found = self.find(shifts, reserve) if shifts.any() else None
+        may_stay = (self.start >= self.search.low) & (self.start <= self.search.high)
         for one in sorted(product((False, True), repeat=3), key=sum)[1:-1]:
             free = shifts & [*one, False]
-            if free.sum() != sum(one) or not (shifts & ~free).any():
+            stay = shifts & ~free
+            if free.sum() != sum(one) or not stay.any() or not may_stay[stay].all():
                 continue
             farthest = np.array([self.search.low, self.search.high] if found is None else [found])
             nearer = self.find(free, reserve, float(self.measure_size(farthest).max()))
