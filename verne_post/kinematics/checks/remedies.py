@@ -307,7 +307,7 @@ def _list_moves(problem: MoveProblem, start: Array) -> Iterator[Array | None]:
         least = None if is_nearest else find_least_move(problem, start, reserve)
         yield min((one for one in (least, on_the_way) if one is not None), key=np.linalg.norm, default=None)
     if not problem.end_only:
-        starts = [start + sign * BESIDE_MM * way for way in problem.basis for sign in (1.0, -1.0)]
+        starts = [start + sign * BESIDE_MM * problem.basis.sum(axis=0) for sign in (1.0, -1.0)]  # aside in every way
         solvable = [there for there in starts if solve_samples(problem.move_part(there)) is not None]
         for reserve in RESERVES:
             around = (find_least_move(problem, there, reserve) for there in solvable)
