@@ -45,6 +45,10 @@ def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any
     return function
 
 
+def _add_output(text: str) -> "Callable[[Callable[..., Any]], Callable[..., Any]]":
+    return click.option("-o", "--output", type=FILE, required=True, metavar="FILE", help=text)
+
+
 # --- perturb ---------------------------------------------------------------------------------------
 
 
@@ -53,14 +57,7 @@ def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any
 @click.option("--seed", type=Whole(min=0), required=True, metavar="N", help="The same seed gives the same machine.")
 @add_sigma_option("--sigma-mm", 0.05, "MM", "Standard deviation of places and lengths.")
 @add_sigma_option("--sigma-mrad", 0.1, "MRAD", "Standard deviation of directions.")
-@click.option(
-    "-o",
-    "--output",
-    type=FILE,
-    required=True,
-    metavar="FILE",
-    help="The machine file to write.",
-)
+@_add_output("The machine file to write.")
 def perturb(
     name: str | None, machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: float, output: Path
 ) -> int:
@@ -153,14 +150,7 @@ def tolerances(
 @click.command("calibrate", short_help="Find the deviations of the parts from readings.")
 @click.argument("readings", required=False, metavar="[READINGS.csv]")
 @machine_option
-@click.option(
-    "-o",
-    "--output",
-    type=FILE,
-    required=True,
-    metavar="FILE",
-    help="The machine file to write; with --plan, the readings to fill in.",
-)
+@_add_output("The machine file to write; with --plan, the readings to fill in.")
 @click.option(
     "--lengths", "length_file", metavar="FILE.csv", help="Lengths measured on the machine: length,value_mm,sigma_mm."
 )

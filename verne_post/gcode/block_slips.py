@@ -97,20 +97,18 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
             f"{match[0]}: blanks mean nothing in a number, so that this is #{match[1]}{match[2]}; {match[2]} may lack "
             f"its letter, such as F{match[2]}"
         )
-        edits = tuple(
-            Remedy(f"write {one}", one, line=item.line or 0, misspelt=match[0], is_choice=True) for one in rights
-        )
+        edits = propose_words(item, match[0], rights)
         return replace(item, code="VP001", message=message, edits=edits, settled_by=())
     if item.code == "VP012" and (match := _T_FOR_G.match(text, (item.column or 1) - 1)):
         if _CHANGE_OR_NO_AXIS.match(text):
             return None
         right = f"G{match[1]}"
-        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[0], is_choice=True)
+        edits = propose_words(item, match[0], [right])
         others = (replace(one, is_choice=True) for one in item.edits)
         return replace(
             item,
             message=f"{match[0]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}",
-            edits=(edit, *others),
+            edits=(*edits, *others),
         )
     if item.code == "VP025" and (unset := _VARIABLE.match(text[(item.column or 1) - 1 :][:_LONGEST_NAME].encode())):
         return _find_misspelt_setting(source, item, unset[0].decode())
@@ -145,9 +143,9 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
         if match is None or re.search(r"G[ \t]*0*4[39]", text, re.IGNORECASE):
             return None
         right = f"G{match[1][1:]}"
-        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[1], is_choice=True)
+        edits = propose_words(item, match[1], [right])
         message = f"{match[1]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}"
-        return replace(item, message=message, column=match.start(1) + 1, edits=(edit,))
+        return replace(item, message=message, column=match.start(1) + 1, edits=edits)
     if item.code == "VP002" and item.column and (match := _CALL_SWAPPED.match(text, item.column - 1)):
         edit = Remedy("write M98", "M98", line=item.line or 0, misspelt=match[0], is_choice=True)
         message = f"{match[0]}: no meaning in this language; M98, which calls P{MAY_BE_MEANT}"
@@ -263,16 +261,16 @@ def write_letters(text: str, item: Finding) -> Finding:
     if item.edits or (match := _LETTERLESS.match(item.message)) is None:
         return item
     number = match[1]
-    edits = list(_propose(item, number, re.findall(rf"[A-Z#]{re.escape(number)}(?![\d.])", match[2])))
+    edits = list(propose_words(item, number, re.findall(rf"[A-Z#]{re.escape(number)}(?![\d.])", match[2])))
     if " without the blank" in item.message:
         begin = max((item.column or 1) - 1 - _LONGEST, 0)
         words = _WORD_BEFORE_BLANK.finditer(text, begin, item.column or 1)
         word = next((one for one in words if one.end() == (item.column or 1) - 1), None)
         if word is not None:
-            edits[:0] = _propose(item, f"{word[0]}{number}", [f"{word[1]}{number}"])
+            edits[:0] = propose_words(item, f"{word[0]}{number}", [f"{word[1]}{number}"])
     return replace(item, edits=tuple(edits))
 
 
-def _propose(item: Finding, wrong: str, rights: Iterable[str]) -> Iterable[Remedy]:
-    for right in rights:
-        yield Remedy(f"write {right}", right, line=item.line or 0, misspelt=wrong, is_choice=True)
+def propose_words(item: Finding, wrong: str, rights: Iterable[str]) -> tuple[Remedy, ...]:
+    """The words of which one may be meant by a wrong one in the line of a finding, each as a choice."""
+    return tuple(Remedy(f"write {one}", one, line=item.line or 0, misspelt=wrong, is_choice=True) for one in rights)

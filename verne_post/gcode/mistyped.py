@@ -14,7 +14,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name_pasted, translate_pasted
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
-from verne_post.gcode.block_slips import explain_function, explain_slip, write_letters
+from verne_post.gcode.block_slips import explain_function, explain_slip, propose_words, write_letters
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
 
@@ -247,10 +247,7 @@ def _name_linear_axis(item: Finding, text: str) -> Finding:
     rights = {f"{near}{number}": f"{letter}{number}" for letter, number, near in words if near not in text.upper()}
     if not rights:
         return item
-    edits = [
-        Remedy(f"write {one}", one, line=item.line or 0, misspelt=wrong, is_choice=True)
-        for one, wrong in rights.items()
-    ]
+    edits = [edit for one, wrong in rights.items() for edit in propose_words(item, wrong, [one])]
     edits += [replace(one, is_choice=True) for one in item.edits]
     return replace(
         item, message=f"{item.message}; or {' or '.join(rights)}, if the key beside is meant", edits=tuple(edits)
@@ -289,9 +286,9 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     if item.code == "VP002" and dialect in _BLOCKS and (match := _CHANGED_BEHIND_CODE.match(text, item.column - 1)):
         right = f"{match[2]}{match[1]}{match[3]}"
         wrong, column = f"{match[1]}{match[2]}{match[3]}", match.start(1) + 1
-        edit = Remedy(f"write {right}", right, line=item.line, misspelt=wrong, is_choice=True)
+        edits = propose_words(item, wrong, [right])
         message = f"{wrong}: a digit before its letter; {right}{MAY_BE_MEANT}"
-        return replace(item, code="VP001", message=message, column=column, edits=(edit,), settled_by=())
+        return replace(item, code="VP001", message=message, column=column, edits=edits, settled_by=())
     if item.code == "VP002" and dialect in _BLOCKS and (match := _WITHOUT_LETTER.match(text, item.column - 1)):
         code, number = match[1].upper(), match[2]
         is_dwell = code.lstrip("G 0") == "4"
@@ -301,8 +298,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
             f"{match[0]}: blanks mean nothing in a number, so that this is {''.join(match[0].split())}; "
             f"{number} may lack its letter, such as {letter}{number}{', the time of G4' if is_dwell else ''}"
         )
-        edit = Remedy(f"write {right}", right, line=item.line, misspelt=match[0], is_choice=True)
-        return replace(item, code="VP001", message=message, edits=(edit,), settled_by=())
+        edits = propose_words(item, match[0], [right])
+        return replace(item, code="VP001", message=message, edits=edits, settled_by=())
     if item.message.startswith(_OPEN_BRACKET) and (remark := _CLOSED_IN_REMARK.search(text, item.column)) is not None:
         edit = Remedy("write ,", ",", line=item.line, misspelt=";")
         message = "; begins a remark, and the bracket before it is open; write , in its place"
@@ -338,15 +335,11 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
                 )
             ):
                 found = (f"{found[0].removesuffix('?')}.?", *found[1:])
-            edits: tuple[Remedy, ...] = ()
-            if found[0].endswith(MAY_BE_MEANT):
-                edits = (Remedy(f"write {found[3]}", found[3], line=item.line, misspelt=found[2], is_choice=True),)
+            edits = propose_words(item, found[2], [found[3]] if found[0].endswith(MAY_BE_MEANT) else [])
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=edits)
             if _is_sign_or_none(found[2], dialect):  # the keys of = and - are neighbours
                 signs = (found[3], f"{found[3][0]}-{found[3][1:]}")
-                edits = tuple(
-                    Remedy(f"write {one}", one, line=item.line or 0, misspelt=found[2], is_choice=True) for one in signs
-                )
+                edits = propose_words(item, found[2], signs)
                 return replace(item, message=f"{found[2]}: {_NO_EQUALS}; write {' or '.join(signs)}", edits=edits)
     elif item.code == "VP006" and (match := _NUMBER_WITH_I.match(text.strip())) and "I" in item.message:
         message, _begin, *_words = _report(match, _I_IN_NUMBER, match[0].upper().replace("I", "1"))

@@ -179,10 +179,7 @@ class _Reader:
             if not text and self.dialect == "siemens" and name not in ("TRUE", "FALSE", "EX", "PI"):
                 text, self.is_doubtful = "a variable of the program, which DEF declares", True
             if not text and re.fullmatch(r"[A-Z_]+", name) and self.dialect in ("rs274", "fanuc"):
-                digits = re.fullmatch(r"([A-Z]+)\d+", name)
-                raise self.refuse(
-                    "a variable, a number or a function" + " of an expression" * bool(digits), match.start()
-                )
+                raise self.refuse("a variable, a number or a function", match.start())
             if text and name not in self.told_names:
                 self.told_names.add(name)
                 self.add(match, text)
