@@ -11,12 +11,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
-from verne_post.app.constraints import check_program, guard_joints
+from verne_post.app.constraints import check_line, check_program, guard_joints
 from verne_post.app.contact_remedies import TRIED_ELEMENTS, propose_heights
 from verne_post.app.explain_numbers import format_list, format_number
 from verne_post.app.line_remedies import (
     CONTACTS,
     Line,
+    Trial,
     is_carried_along,
     propose_depth,
     propose_ends,
@@ -26,7 +27,7 @@ from verne_post.app.line_remedies import (
 from verne_post.app.meant_motion import find_meant_motion
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
-from verne_post.base.program_lines import find_machine_code, find_word, find_word_of
+from verne_post.base.program_lines import add_angle, change_number, find_machine_code, find_word, find_word_of
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import is_in_inches, read_as_mm
@@ -215,9 +216,9 @@ def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, of
     if offset.value and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
         yield offset
     elif find_family(item.code) != Family.BRANCH:
-        line = _find_line(program, joints, item.line)
+        line = _find_line(program, joints, item.line, source)
         if line is not None:
-            for one in propose_turns(line, [item]):
+            for one in propose_turns(line, [item], build_trial(source, program, line)):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         moves = line is not None or item.code not in CONTACTS  # not where it starts: an offset does not say how it came
         tried = moves and item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
@@ -282,6 +283,48 @@ def _name_left(codes: Sequence[str]) -> str:
     return f"{named} {'remains' if len(codes) == 1 else 'remain'}"
 
 
+def build_trial(source: Text, program: Program, line: Line) -> Trial:
+    """Whether words leave a line no errors, and other lines no errors and no turns of the table that they had not."""
+    before: list[set[tuple[object, ...]]] = []
+
+    def holds(words: Sequence[Remedy]) -> bool:
+        lines = bytes(source).split(b"\n")
+        for word in words:
+            changed = _change_line(lines[word.line - 1].decode("utf-8", errors="replace"), word)
+            if changed is None:
+                return False
+            lines[word.line - 1] = changed.encode()
+        try:
+            made = assemble(b"\n".join(lines), program.machine, program.options, program.team)
+            if len(program.contour) > TRIED_ELEMENTS:
+                return not _list_errors(check_line(made, select_line(guard_joints(made), line.number), line.number))
+            after = check_program(made)[1]
+        except InputError:
+            return False
+        before[:] = before or [_list_places(check_program(program)[1])]
+        is_mended = all(line.number not in _list_lines(one) for one in _list_errors(after))
+        return is_mended and _list_places(after) <= before[0]
+
+    return holds
+
+
+def _list_places(findings: Sequence[Finding]) -> set[tuple[object, ...]]:
+    told = [*_list_errors(findings), *(one for one in findings if one.code == "VP301")]
+    return {(one.code, one.axis, number) for one in told for number in _list_lines(one)}
+
+
+def _list_lines(item: Finding) -> Sequence[int]:
+    return item.lines or range(item.line or 0, (item.last_line or item.line or 0) + 1)
+
+
+def _change_line(text: str, remedy: Remedy) -> str | None:
+    """A line with a remedy in its words; None where it does not have them, as in a loop or in G91."""
+    if remedy.misspelt:
+        return text.replace(remedy.misspelt, remedy.value, 1)
+    word = find_word_of(text, *remedy.word)
+    return add_angle(text, remedy.word[0], remedy.value) if word is None else change_number(text, word, remedy.value)
+
+
 # --- one word of the program ---------------------------------------------------------------------------------
 
 
@@ -302,7 +345,7 @@ def _find_forgotten_g91(source: Text, program: Program, errors: Sequence[Finding
         said, lines[number - 1] = f"G90 stands below line {number}, whose G91", lines[number - 1] + b"\nG90"
     else:
         said = f"line {number} has G90 instead of G91, which"
-        lines[number - 1] = f"{text[: word.start(2)]}90{text[word.end(2) :]}".encode()
+        lines[number - 1] = change_number(text, word, "90").encode()
     if not _is_right_with(b"\n".join(lines), program):
         return None
     text = f"within limits if {said} makes the values from there on distances"
@@ -340,8 +383,8 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
         steps = np.ceil(np.round(abs(float(one.value) - now) / step, 6)) + np.arange(least, 2.0)
         for then in now + np.sign(float(one.value) - now) * steps * step:
             value = format_number(then)
-            changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
-            if _is_right_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program):
+            changed = change_number(text, word, value)
+            if _is_right_with(b"\n".join([*lines[: start - 1], changed.encode(), *lines[start:]]), program):
                 there = "has" if is_hole else "ends at"
                 said = f"within limits if line {start} {there} {letter} {value} instead of {word[2].rstrip('.')}"
                 return Remedy(said, value, line=start, word=one.word)
@@ -377,8 +420,8 @@ def find_end_before_contact(source: Text, program: Program, line: Line) -> str |
     for then in first - way * step * np.arange(3):  # a contact begins within one cell
         if way * (then * scale - float(begin[axis])) < ROUND_MM:
             return None
-        changed = f"{said[: word.start(2)]}{format_number(then)}{said[word.end(2) :]}".encode()
-        text = b"\n".join([*lines[: line.number - 1], changed, *lines[line.number :]])
+        changed = change_number(said, word, format_number(then))
+        text = b"\n".join([*lines[: line.number - 1], changed.encode(), *lines[line.number :]])
         try:
             found = check_program(assemble(text, machine, program.options, program.team))[1]
         except InputError:

@@ -16,7 +16,7 @@ from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.pasted import translate_pasted
 from verne_post.base.printable import quote_key
-from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
+from verne_post.base.program_lines import find_word, find_word_of, remove_remarks, write_like
 from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import IN_FILE, Inspected, Inspector, SupersededError
@@ -428,8 +428,8 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     if word is not None:
         at = _find_offset(found.text, remedy.line - 1) + word.start()
         title = f"Write {remedy.value} in place of {word[0]} in line {remedy.line}"
-        is_choice = remedy.is_choice
-        yield Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, spells=True, is_choice=is_choice)
+        fix = Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, is_choice=remedy.is_choice)
+        yield replace(fix, spells=not remedy.turns, turns=remedy.turns)
 
 
 def _spell_in_proc(found: Inspected, item: Finding, wrong: str, right: str) -> Iterator[Fix]:
@@ -622,8 +622,7 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
         at = _find_offset(found.text, number - 1) + word.end()
         title = f"Write {remedy.value} after {word[0]} in line {number}"
         return Fix(title, found.path, found.text, at, at, f" {remedy.value}", is_choice=remedy.is_choice)
-    value = remedy.value if "." in remedy.value or "." not in word[2] else f"{remedy.value}."
-    new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value
+    new = write_like(word[2], remedy.value)
     begin = _find_offset(found.text, number - 1) + word.start(2)
     title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"
     turns, is_choice = letter.upper() in ("A", "B", "C"), remedy.is_choice
