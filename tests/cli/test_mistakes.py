@@ -247,6 +247,30 @@ TOOLS_OF = {
 }
 
 
+def test_a_tool_that_is_only_selected_is_named_where_no_length_is_in_force(
+    run: Callable[..., Any], tmp_path: Path
+) -> None:
+    """It was "no tool length has been given", with the length in the set-up."""
+    program, setup = tmp_path / "a.nc", tmp_path / "a.nc.toml"
+    setup.write_text("[tools]\n1 = {length = 80}\n[wcs]\nG54 = [0, 0, 40]\n")
+    text = "%\nO1\nG21 G17 G90 G94\nT1\nG54 S5000 M3\nG0 X0. Y0. Z60.\nG1 Z15. F500.\nX10.\nM30\n%\n"
+    program.write_text(text)
+    told = run("check", program)
+    assert "a.nc:7: VP012 error: T1 of line 4 only selects the tool" in told.out
+    assert "write M6 after T1, and G43 H1 before this move" in told.out
+    program.write_text(text.replace("T1\n", "T1 M6\n").replace("G1 Z15.", "G43 H1\nG1 Z15."))
+    told = run("check", program)
+    assert (told.code, "VP" in told.out) == (0, False), told.out
+
+
+def test_klartext_without_a_tool_call_has_one_remedy(run: Callable[..., Any], tmp_path: Path) -> None:
+    program = tmp_path / "a.h"
+    program.write_text("BEGIN PGM A MM\nL X+0 Y+0 Z+50 R0 FMAX M3\nL Z+20 F300\nL X+20\nM30\nEND PGM A MM\n")
+    told = run("check", program, "--wcs", "G54=0,0,40")
+    assert "write TOOL CALL with --tool-table" in told.out
+    assert told.out.count("tool in the program") == 0
+
+
 @pytest.mark.parametrize("name", TOOLS_OF)
 def test_where_no_tool_is_called_the_call_is_the_remedy(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
     """It was "fill in the length in the set-up", where all lengths were."""

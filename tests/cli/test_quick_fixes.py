@@ -384,7 +384,7 @@ def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
     assert (path, settles) == (setup, False)
     assert new == TOOLS.replace("80", '80, diameter = "measure"')
     message, _word, made = look(inspector, tmp_path / name, text, SETUP)
-    assert "write [tools] 1 = { length = MM, diameter = MM } into the set-up in place of tool_length" in message
+    assert "write [tools] 1 = { length = MM, diameter = MM } into the set-up (which has no tool_length then)" in message
     ((path, new, settles),) = made.values()
     assert (path, settles) == (setup, False)
     assert new == '[wcs]\nG54 = [0, 0, 60]\n\n[tools]\n1 = { length = 80, diameter = "measure" }\n'

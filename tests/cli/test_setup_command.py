@@ -558,7 +558,7 @@ def test_the_length_of_one_tool_gives_way_to_a_table_of_tools(run: Run, tmp_path
     told = run("check", program)
     assert told.code == 2
     assert "VP018 error: --tool-length is the length of one tool, but the program uses T1 and T5" in told.err + told.out
-    assert "[tools] of the set-up in place of tool_length (`verne-post setup` writes it)" in told.err + told.out
+    assert "[tools] of the set-up (`verne-post setup` writes it), without tool_length" in told.err + told.out
     told = run("setup", program)
     assert told.code == 0
     assert "now a remark, because it holds for one tool: tool_length; " in told.err

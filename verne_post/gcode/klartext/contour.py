@@ -81,7 +81,7 @@ class KlartextContour:
                 f"no TOOL CALL before {what}; {how}"
                 if how
                 else f"no tool before {what}; write TOOL CALL with --tool-table or TOOL DEF, or use --tool-length MM",
-                "" if how else advise_length(self.core.setup),
+                "" if how else advise_length(self.core.setup, call=False),
             )
 
     def _report_missing_call(self, what: str, other_text: str, advice: str = "") -> ProgramError:
