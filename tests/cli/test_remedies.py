@@ -445,3 +445,18 @@ def test_another_branch_of_a_line_is_tried_with_both_of_its_ends(tmp_path: Path,
     assert "VP102 error" in told
     assert "same tool axis" not in told
     assert "line 4 begins at A -50 of line 3" in told
+
+
+def test_a_move_of_the_part_has_no_traces_that_nothing_needs(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """It was -9.7, -9.7, 0.2 mm, and the program can run with -9.7, -9.7, 0."""
+    program = tmp_path / "p.nc"
+    program.write_text(
+        "G21 G90 G94 G54\nS5000 M3\nG0 X0 Y0 Z60 A0 C0\nG1 Z-20 A20 F500\nX10 Z-25\nX20 Y30 Z-28 A40\nG0 Z60\nM2\n",
+        "utf-8",
+    )
+    given = ("--machine", "tricept", "--tool-length", 80)
+    told = run("check", program, *given, "--wcs", "G54=0,0,10").out
+    moved = re.search(r"if the part is moved by (.*) mm \(then (G54 = .*)\)", told)
+    assert moved is not None, told
+    assert moved[1].endswith(", 0"), "not 0.2"
+    assert run("check", program, *given, "--wcs", moved[2]).code == 0

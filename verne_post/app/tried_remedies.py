@@ -61,6 +61,8 @@ FAR_MM: Final = 300.0
 #: A part that is raised by no more than this, mm, is not moved along other axes; nor for less than half of the way.
 NEAR_MM: Final = 10.0
 RAISED: Final = 2.0
+#: A component of a move that is no larger than this share of the largest one is left out where nothing needs it.
+TRACE: Final = 0.1
 #: A proposed offset is rounded to this, mm, away from where it was: people do not set hundredths.
 ROUND_MM: Final = 0.1
 #: In a program in inches.
@@ -513,12 +515,29 @@ def _find_offset(
             break
     if not np.isfinite(best[1]):
         return None
+    offset, moved_mm = _leave_out_traces(source, program, system, offset, moved_mm, left)
     name = name_system(system)
     then = format_list((*offset.origin_mm, *([offset.turn_deg] if offset.turn_deg else [])))
     moved = f"if the part is moved by {format_list(moved_mm)} mm (then {name} = {then})"
     none_given = "no work offset was given; " if given is None else ""
     what = f"the other errors are gone {moved}; {_name_left(left)}" if left else f"within limits {moved}"
     return Remedy(f"{none_given}{what}", f"[{then}]", key=("wcs", name)), best[1]
+
+
+def _leave_out_traces(
+    source: Text, program: Program, system: int, offset: WorkOffset, moved: Array, left: Sequence[str]
+) -> tuple[WorkOffset, Array]:
+    """A work offset, and its move (3,), mm, without small components that the program does not need."""
+    for axis in np.argsort(np.abs(moved))[:2].tolist():
+        if not 0.0 < abs(moved[axis]) <= TRACE * np.abs(moved).max():
+            continue
+        less = np.where(np.arange(3) == axis, 0.0, moved)
+        x, y, z = (round(float(value), 6) for value in np.array(offset.origin_mm) - moved + less)
+        there = dataclasses.replace(offset, origin_mm=(x, y, z))
+        found = _find_errors_with(source, program, wcs={**program.options.wcs, system: there})
+        if found is not None and set(found) <= set(left):
+            offset, moved = there, less
+    return offset, moved
 
 
 def find_legal_offsets(
