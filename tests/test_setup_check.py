@@ -1142,3 +1142,19 @@ def test_a_plane_that_is_not_ended_is_told_in_the_first_run(dialect, lines, expe
     assert sorted((item.code, item.line) for item in found) == sorted(item[:2] for item in expected)
     for (_code, _line, said), item in zip(sorted(expected), sorted(found, key=lambda one: one.code), strict=True):
         assert said in item.message
+
+
+def test_a_feed_in_mm_a_minute_under_g93_is_told_by_check_and_explain() -> None:
+    """A move of 260 mm would take 0.12 s; explain said that a line before it brings the tool there."""
+    text = "G21 G90 G94 G17\nG0 X-130 Y0 Z60 A0 C0\nG93 G1 Z40 F20\nX130 F500\nG0 Z60\nM2\n"
+    options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 80)})
+    (told,) = (one for one in vp.check(text, "ac_trunnion", options).findings if one.code == "VP505")
+    assert (told.line, told.severity) == (4, "warning")
+    assert "F500 is a time in G93, 0.12 s for this move, which is 130000 mm/min" in told.message
+    explained = vp.explain(text, "ac_trunnion", 4, options)
+    assert told.message in explained.text
+    assert "brings the tool there" not in explained.text
+    (edit,) = told.edits
+    lines = text.split("\n")
+    changed = "\n".join([*lines[: edit.line - 1], edit.value, *lines[edit.line - 1 :]])
+    assert "VP505" not in {one.code for one in vp.check(changed, "ac_trunnion", options).findings}

@@ -469,12 +469,12 @@ def _place(line: Line, place: remedies.Place, first: bool) -> str:
 
 def add_line_remedies(line: Line, holds: Trial) -> Line:
     """A line whose gravest findings about numbers have what would bring it within limits, where anything does."""
-    asked = [item for item in line.findings if item.code >= "VP1"]
+    asked = [item for item in line.findings if is_about_pose(item.code)]
     if not asked or not remedies.is_movable(line.joints):
         return line
     gravest, found = find_worst(asked), tuple(propose(line, asked, holds))
     told = (
-        dataclasses.replace(one, remedies=found) if one.code >= "VP1" and one.severity == gravest else one
+        dataclasses.replace(one, remedies=found) if is_about_pose(one.code) and one.severity == gravest else one
         for one in line.findings
     )
     return replace(line, findings=tuple(told))
@@ -486,7 +486,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     for item in {item.code: item for item in remedied}.values():
         if remedy := describe_remedy(item, line.options.source_name, find_run(line.options)):
             yield f"{item.code}, remedy: {remedy}"
-    findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
+    findings = [item for item in findings if is_about_pose(item.code)]  # those about the text have no numbers
     if not findings:
         return
     gravest = find_worst(findings)

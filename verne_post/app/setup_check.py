@@ -140,14 +140,18 @@ def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
 
 
 def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
-    """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program."""
+    """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program.
+
+    F that was meant as mm/min under G93 leads to such a rate where the move is long.
+    """
     rate, turn = PLAUSIBLE["feed rate"], PLAUSIBLE["feed per turn"]
     for begin, end in iterate_blocks(len(path)):
         ways = measure_rows(path.end[begin:end, :3] - path.start[begin:end, :3])
         move = path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
         feed, mode = moves.feed[move], moves.feed_mode[move]
         per_turn = mode == FeedMode.PER_REVOLUTION
-        beyond = ((mode == FeedMode.PER_MINUTE) & (feed > rate.high)) | (per_turn & (feed > turn.high))
+        inverse = (mode == FeedMode.INVERSE) & (moves.kind[move] == MoveKind.FEED)
+        beyond = (((mode == FeedMode.PER_MINUTE) | inverse) & (feed > rate.high)) | (per_turn & (feed > turn.high))
         for at in np.flatnonzero(beyond)[:1].tolist():
             line, plausible = int(moves.line[move[at]]), turn if per_turn[at] else rate
             text = (
@@ -156,6 +160,13 @@ def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
             )
             right, edits = _propose_feed_a_minute(moves, int(move[at])) if per_turn[at] else ("", ())
             text += right or "is a decimal point missing?"
+            if inverse[at]:
+                seconds = float(moves.seconds[move[at]])
+                text = (
+                    f"F{60.0 / seconds:.6g} is a time in G93, {seconds:.3g} s for this move, which is {feed[at]:.6g} "
+                    f"{rate.unit}: no {rate.whose} has more than {rate.high:g}; if mm/min were meant, write G94 before"
+                )
+                edits = (Remedy("write G94", "G94", line=line, way="before", is_choice=True),)
             # ten times as much is no cut at all: the machining time would be that of the machine's own limits
             severity = "error" if per_turn[at] and feed[at] >= 10.0 * turn.high else "warning"
             where = {"line": line, "last_line": line, "worst_line": line}
