@@ -84,13 +84,11 @@ def refuse_lacking(
                 "VP012", f"no tool is called before the first feed move; {how}".replace('T"', 'T="')
             ).advise("")
         if selections and not selections[-1].is_loaded and not state.loaded_tool:
-            staged = selections[-1]
-            if staged.number in (state.tools or {}):
-                text = (
-                    f"{staged.spell()} of line {staged.line} only selects the tool, and no length is in force before "
-                )
-                then = f"G43 H{staged.number}"
-                text += f"the first feed move; write {staged.describe_change()}, and {then} before this move"
+            selection = selections[-1]
+            if selection.number in (state.tools or {}):
+                text = f"{selection.spell()} of line {selection.line} only selects the tool, and no length is in force before "
+                then = f"G43 H{selection.number}"
+                text += f"the first feed move; write {selection.describe_change()}, and {then} before this move"
                 raise ProgramError("VP012", text, edits=write_before(then)).advise("")
         length = None if tool is None or tool.unmeasured else tool.offset[2]
         # a tool that no table has was reported at its call; that nothing takes its length is another mistake
