@@ -86,9 +86,11 @@ def refuse_lacking(
         if selections and not selections[-1].is_loaded and not state.loaded_tool:
             selection = selections[-1]
             if selection.number in (state.tools or {}):
-                text = f"{selection.spell()} of line {selection.line} only selects the tool, and no length is in force before "
                 then = f"G43 H{selection.number}"
-                text += f"the first feed move; write {selection.describe_change()}, and {then} before this move"
+                text = (
+                    f"{selection.spell()} of line {selection.line} only selects the tool, and no length is in force "
+                    f"before the first feed move; write {selection.describe_change()}, and {then} before this move"
+                )
                 raise ProgramError("VP012", text, edits=write_before(then)).advise("")
         length = None if tool is None or tool.unmeasured else tool.offset[2]
         # a tool that no table has was reported at its call; that nothing takes its length is another mistake
