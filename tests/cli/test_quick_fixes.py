@@ -1063,3 +1063,24 @@ def test_the_table_is_turned_back_only_with_the_tool_out_of_the_part(
     fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {found.path: text}, NEVER)]
     turning = {fix.title.partition(" (")[0]: fix.settles for fix in fixes if "A0 C0" in fix.title}
     assert turning == ({title: False} if title else {})
+
+
+def test_less_tilt_of_a_vector_is_one_edit_of_its_components(inspector: Inspector, tmp_path: Path) -> None:
+    """The remedy was an angle, which no line of the program has: there was no edit."""
+    words = "A3=0.3 B3=0.15 C3=-0.942072"
+    text = (
+        "G17 G71 G90\nT1 D1\nM6\nTRAORI\nG54\nS8000 M3\nG0 X0 Y0 Z60 A3=0 B3=0 C3=1\nG1 Z20 F500\n"
+        f"X10 Y4 Z8 {words}\nX10 Y4 Z50 A3=0 B3=0 C3=1\nM30\n"
+    )
+    setup = "[wcs]\nG54 = [0, -12, 80]\n[tools]\n1 = { length = 80, diameter = 8 }\n"
+    path = tmp_path / "a.mpf"
+    found = check(inspector, path, text, setup)
+    (item,) = found.findings
+    (fix,) = (one for one in find_fixes(inspector, found, item, {path: text}, NEVER) if words in one.title)
+    assert "another tool axis" in fix.title
+    assert not fix.settles, "the tool cuts another side"
+    begin, end = text.split(words)
+    changed = apply_places(fix)
+    assert changed.startswith(begin)
+    assert changed.endswith(end)
+    assert [one for one in check(inspector, path, changed, setup).findings if one.severity == "error"] == []
