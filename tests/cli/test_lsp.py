@@ -1546,6 +1546,24 @@ def test_a_superseded_check_ends_at_its_next_report(tmp_path: Path) -> None:
     assert soon.asked == 3
 
 
+def test_newer_text_ends_a_search_for_remedies_and_for_edits(tmp_path: Path) -> None:
+    """The search has several trials of the whole program: it was ended by none of them."""
+    from verne_post.cli.lsp.inspector import Inspector, SupersededError
+
+    text = LEGAL.replace("G1 A60\n", "G1 X700 A60\nX0\n")
+    path, superseded = make_program(tmp_path, text), threading.Event()
+    given: dict[str, Any] = dict.fromkeys(("select", "ignore", "baseline", "machine_name", "settings"))
+    inspector = Inspector({**given, "severity": (), "subroutine_path": ()})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        found = inspector.check(path, {path: text}, superseded)
+        item = next(one for one in found.findings if one.remedies)
+        with pytest.raises(SupersededError):
+            inspector.check(path, {path: text}, superseded, lambda _found: superseded.set())
+        with pytest.raises(SupersededError):
+            find_fixes(inspector, found, item, {path: text}, superseded)
+
+
 def test_a_legal_program_is_planned_once_with_the_same_set_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another text, set-up or machine file is another program."""
     from verne_post.cli.lsp.inspector import Inspector

@@ -5,6 +5,7 @@ import logging
 import re
 import threading
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -17,9 +18,10 @@ from verne_post.base.numbers import format_count
 from verne_post.base.pasted import translate_pasted
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
+from verne_post.base.stopping import stop_by
 from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
-from verne_post.cli.lsp.inspector import IN_FILE, Inspected, Inspector, SupersededError
+from verne_post.cli.lsp.inspector import IN_FILE, Inspected, Inspector, SupersededError, require_wanted
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
@@ -101,7 +103,9 @@ def find_fixes(
     # another place is within limits too, and a word that is not used may stand beside the wrong code, unless the one
     # that is meant is missing
     is_choice = is_about_pose(item.code) or (item.code == "VP006" and "; did you mean " not in item.message)
-    for fix in _list_worked_out(_propose_fixes(found, item, setup, texts)):
+    with stop_by(partial(require_wanted, superseded)):
+        proposed = list(_list_worked_out(_propose_fixes(found, item, setup, texts)))
+    for fix in proposed:
         after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
         if after is None:
             continue
@@ -147,6 +151,8 @@ def _list_worked_out(proposed: Iterator[Fix]) -> Iterator[Fix]:
     """Edits up to one that cannot be worked out: editors ask at every move of the cursor, and show each failure."""
     try:
         yield from filter(_keeps_toml, proposed)
+    except SupersededError:
+        raise
     except Exception as error:
         _report_failure(error)
 

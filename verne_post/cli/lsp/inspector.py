@@ -23,6 +23,7 @@ from verne_post.app.plan import Tell
 from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
+from verne_post.base.stopping import stop_by
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
@@ -72,6 +73,17 @@ POLICY = ("select", "ignore", "severity", "baseline")
 
 class SupersededError(Exception):
     """Newer text has come: nobody waits for what is being computed."""
+
+
+def require_wanted(superseded: threading.Event) -> None:
+    """End the work that newer text has superseded.
+
+    Raises
+    ------
+    SupersededError
+    """
+    if superseded.is_set():
+        raise SupersededError
 
 
 class Inspected(Struct):
@@ -225,22 +237,23 @@ class Inspector:
         only_cause: bool,
     ) -> Inspected:
         """Check a text as a program."""
+        ask = partial(require_wanted, superseded)
 
         def report(_stage: str, _done: int, _total: int) -> None:
-            if superseded.is_set():
-                raise SupersededError
+            ask()
 
-        report("", 0, 0)
+        ask()
         self._take_texts(path, texts)
         found = Inspected(path, texts[path], (), Inspection(refuse_program(InputError())))
         try:
             settings = find_settings(self.files, self.given.get("settings"), path.name)
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, given)
-            report("", 0, 0)
+            ask()
             count = partial(self._count, found, policy)
             tell_soon = None if tell is None else lambda findings: tell(count(refuse_program(InputError(*findings))))
-            made = self._check_once(found.source, found.machine, found.options, report, only_cause, tell_soon)
+            with stop_by(ask):
+                made = self._check_once(found.source, found.machine, found.options, report, only_cause, tell_soon)
             found = count(made.result)
             found.made = made
         except _MISTAKES as error:
