@@ -21,6 +21,7 @@ from verne_post.model.findings import make_finding
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
+from verne_post.cli.lsp.completion import complete_key
 from verne_post.cli.lsp.fixes import find_fixes
 
 #: Long enough on a loaded machine; nothing waits for it when the server answers, s.
@@ -228,6 +229,26 @@ def test_the_language_of_a_text_is_that_which_check_finds(
         (one["code"], one["worst_line"] or one["line"]) for one in program["findings"]
     ]
     assert shown
+
+
+def test_hover_of_a_key_says_what_it_holds(client: Client, tmp_path: Path) -> None:
+    """Also where the text is no TOML below; of values and remarks nothing is said."""
+    setup = "tool_length = 8\n[wcs]\nG54 = [0, 0, 60] # G54\n[tools]\n3 = { length = 8, diameter = O }\n"
+    uri = client.open(make_program(tmp_path, setup, "part.nc.toml", None))
+    assert hover(client, uri, 0, 3) == (
+        "**tool_length**: Length from the gauge line to the tip, for the whole program; default: that of each tool. "
+        "In mm."
+    )
+    assert hover(client, uri, 1, 1).startswith("**wcs**: work offsets by system: [x, y, z] in mm, or [x, y, z, turn]")
+    assert hover(client, uri, 4, 20).startswith("**tools.3.diameter**: mm, of the cutter; a number: 0 to ")
+    assert hover(client, uri, 4, 20).endswith("; default: 0.0")
+    place = {"line": 2, "character": 19}
+    assert client.ask("textDocument/hover", textDocument={"uri": uri}, position=place) is None
+    offered = {one.word: one.meaning for one in complete_key(tmp_path / "part.nc.toml", "[tools]\n3 = { ", 1, 6)}
+    assert hover(client, uri, 4, 20) == f"**tools.3.diameter**: {offered['diameter']}"
+    machine = make_program(tmp_path, "[home]\n[spindle]\nnose_offset_mm = 3\n", "mine.toml", None)
+    said = hover(client, client.open(machine), 2, 2)
+    assert said.startswith("**spindle.nose_offset_mm**: a number: ") and said.endswith("; in mm; required")
 
 
 def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path) -> None:

@@ -50,7 +50,8 @@ _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 #: A value of a TOML file that is written as none of TOML, as a number with a comma, and a number in quotes.
 _VALUE_OF_TOML: Final = re.compile(
-    r"([-+\d.]+[ \t]+[a-zA-Z°]+|\S+): (?:[^;:]+; )?write (\"[^\"]+\"|[^\s,;]+)(?:, in|$)"
+    r"((?<=not a TOML file: ).+?|[-+\d.]+[ \t]+[a-zA-Z°]+|\S+): (?:[^;:]+; )?"
+    r"write (\"[^\"]+\"|\[.*\]|\{.*\}|[^\s,;]+)(?:, in|$)"
     r"|= '(([-+]?\d+(?:\.\d+)?)(?: *(?:mm|deg|°))?)': expected a (?:whole )?number"
 )
 _REPLACE_PASTED: Final = "Replace typographic dashes, quotes and spaces"
@@ -232,7 +233,10 @@ def find_file_fixes(
     fixes = []
     for fix in _list_worked_out(_propose_file_fixes(path, item, texts[path])):
         after, _program = inspector.check_file(path, _change_texts(fix, texts), superseded)
-        if all(cut_file(one.message) != cut_file(item.message) for one in after):
+        said = [cut_file(one.message) for one in after]
+        # a text in quotes where a number stands is as wrong
+        as_wrong = f"= '{fix.new[1:-1]}': expected a" if fix.new[:1] == '"' and fix.new != _TO_FILL_IN else "\0"
+        if not any(one == cut_file(item.message) or as_wrong in one for one in said):
             fixes.append(fix)
     return fixes
 
