@@ -92,10 +92,10 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
         begin, end = min(one.start() for one in words), max(one.end() for one in words)
     elif item.code in _ABOUT_FILES:
         place = find_place("\n".join(lines), cut_file(item.message))
-        wrong = _NAMED_IN_TOML.match(cut_file(item.message))
-        at_name = -1 if wrong is None else line.find(wrong[1])
-        if wrong is not None and at_name >= 0:
-            begin, end = at_name, at_name + len(wrong[1])
+        named = _NAMED_IN_TOML.match(cut_file(item.message))
+        at_name = -1 if named is None else line.find(named[1])
+        if named is not None and at_name >= 0:
+            begin, end = at_name, at_name + len(named[1])
         else:
             begin, end = place[1:] if place is not None and place[0] == at else (begin, end)
     return lsp.Range(lsp.Position(at - 1, begin), lsp.Position(at - 1, max(begin, end)))
