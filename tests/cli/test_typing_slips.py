@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, TOOLS, apply_places, check, inspector, look
+from tests.cli.test_quick_fixes import HEADS, NEVER, NGC, SETUP, TOOLS, apply_places, check, inspector, look
 from verne_post.base.suggestions import find_correction
 from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspector
@@ -420,6 +420,29 @@ def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_p
     message, _word, made = look(inspector, tmp_path / "a.ngc", text)
     assert message == "the file ends without M2 or M30"
     assert [fixed for _path, fixed, _settles in made.values()] == [f"{text}M30\n"]
+
+
+@pytest.mark.parametrize("ending", [".nc", ".ngc"])
+@pytest.mark.parametrize(
+    ("wrong", "right", "said"),
+    [
+        ("5\n", "%\n", "5: a program that ends with % begins with one; did you mean %?"),
+        ("$\n", "%\n", "$: a program that ends with % begins with one; did you mean %?"),
+        ("%\nO1\n(PLATE))\n", "%\nO1\n(PLATE)\n", ")): the ) is there twice; did you mean )?"),
+        ("%\nO1\n9PLATE A)\n", "%\nO1\n(PLATE A)\n", "9PLATE A): the digit on the key of the (; did you"),
+        ("%\nO1\nPLATE A\n", "%\nO1\n(PLATE A)\n", "PLATE A: words without numbers; write (PLATE A) if"),
+    ],
+)
+def test_a_slip_of_the_first_lines_has_its_edit(
+    inspector: Inspector, tmp_path: Path, ending: str, wrong: str, right: str, said: str
+) -> None:
+    """The % was said to be M5 or a second spindle; no comment had an edit."""
+    wrong, right = (one.replace("O1\n", "O1\n" * (ending == ".nc")) for one in (wrong, right))
+    rest = f"{NGC}G43 H1 Z50\nG1 X5 F500\nM30\n%\n"
+    message, _word, made = look(inspector, tmp_path / f"a{ending}", wrong + rest)
+    assert message.startswith(said)
+    ((_path, new, settles),) = made.values()
+    assert (new, settles) == (right + rest, "if" not in said)
 
 
 @pytest.mark.parametrize(
