@@ -378,7 +378,9 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     ends = (
         ()
         if program is None
-        else (one for one in list_ends(found.source, program, item) if (one.line, one.word) not in told)
+        else (
+            one for one in list_ends(found.source, program, item) if one.is_choice or (one.line, one.word) not in told
+        )
     )
     settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
     for remedy in (*item.edits, *settling, *ends):
@@ -633,7 +635,8 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
         title = f"Write {remedy.value} after {word[0]} in line {number}"
         return Fix(title, found.path, found.text, at, at, f" {remedy.value}", is_choice=remedy.is_choice)
     value = remedy.value if "." in remedy.value or "." not in word[2] else f"{remedy.value}."
-    new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value
+    has_sign = word[2].startswith("+") or (word[2].startswith("-") and _find_dialect(found) == "heidenhain")
+    new = f"+{value}" if has_sign and not value.startswith("-") else value
     begin = _find_offset(found.text, number - 1) + word.start(2)
     title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"
     turns, is_choice = letter.upper() in ("A", "B", "C"), remedy.is_choice
