@@ -251,6 +251,14 @@ def test_hover_of_a_key_says_what_it_holds(client: Client, tmp_path: Path) -> No
     assert said.startswith("**spindle.nose_offset_mm**: a number: ") and said.endswith("; in mm; required")
 
 
+def test_hover_of_a_line_with_an_error_names_no_place_that_it_does_not_reach(client: Client, tmp_path: Path) -> None:
+    """X5 was said to be at 0, where the line before ends."""
+    uri = client.open(make_program(tmp_path, "G21 G90\nG0 X0 Y0 Z120\nG1 X5 [ F100\nM2\n"))
+    assert "**X0**: where an axis goes; in G91 by how much; X 0 mm in G54" in hover(client, uri, 1, 4)
+    said = hover(client, uri, 2, 4)
+    assert "**X5**: where an axis goes" in said and "X 0 mm" not in said
+
+
 def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path) -> None:
     uri = client.open(make_program(tmp_path, LEGAL))
     text = hover(client, uri, 3)

@@ -261,8 +261,8 @@ def _name_linear_axis(item: Finding, text: str) -> Finding:
 def _name_slip_of_mark(source: Text, item: Finding, text: str) -> Finding | None:
     """A bracket of a comment that is there twice, or is the digit of its key; another key for the % of line 1."""
     at, wrong, right = (item.column or 1) - 1, "", ""
-    if (doubled := text[at - 1 : at + 1]) in ("((", "))") and at:
-        at, wrong, right, why = at - 1, doubled, doubled[0], f"the {doubled[0]} is there twice"
+    if (bracket_pair := text[at - 1 : at + 1]) in ("((", "))") and at:
+        at, wrong, right, why = at - 1, bracket_pair, bracket_pair[0], f"the {bracket_pair[0]} is there twice"
     elif (key := _KEY_OF_BRACKET.match(text)) is not None and at == key.start(1):
         wrong, right, why = key[1], f"({key[1][1:]}", "the digit on the key of the ("
     elif item.line == 1 and text.strip() in _KEYS_BESIDE_PERCENT and bytes(source).rstrip().endswith(b"\n%"):

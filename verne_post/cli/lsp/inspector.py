@@ -42,6 +42,7 @@ from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
+from verne_post.model.verdict import is_about_text
 from verne_post.output.findings import Report, format_outcome
 from verne_post.output.policy import Policy, apply_policy
 
@@ -371,7 +372,12 @@ class Inspector:
         needs_state = shown is None or address is not None or variable
         state = self._find_state(found, line, text) if needs_state else None
         place = None if shown is None else Place.find(shown)
-        context = (dialect, text, state, place, found.machine, found.options)
+        # what a line with an error comes to is not known: the state is that before it
+        is_wrong = any(
+            one.severity == "error" and one.line == line and is_about_text(one.code) for one in found.findings
+        )
+        reached = None if is_wrong and found.made.program is None else state
+        context = (dialect, text, reached, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
         own = {one.key for one in self.make_outline(found).list_variables()} if dialect == "siemens" else set()
         is_own = variable.lower() in own  # DEF INT I: no centre of an arc
@@ -390,8 +396,8 @@ class Inspector:
             said.append(f"**{variable}**: {of_variable}{passes}")
         if address is not None and about:
             plan = found.made.plan
-            if address.name == "F" and plan is not None and (reached := describe_feed(plan, line)):
-                about += f"; {reached}"
+            if address.name == "F" and plan is not None and (feed := describe_feed(plan, line)):
+                about += f"; {feed}"
             said.append(f"**{text[address.begin : address.end]}**: {about}{passes}")
         if not said:
             value = find_cycle_value(text, column) if dialect == "siemens" else None
