@@ -468,6 +468,23 @@ def test_a_refusal_is_shown_before_its_remedies_are_found(
     assert re.search(r"tried: within limits if line 5 ends at Z 5\d\d\.\d instead of 2000", late[0].message)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "wrong", "right"),
+    [
+        ("a.ngc", f"{NGC}G1 X5 F500\nG0 Z-80.\nM30\n", "Z-80.", "Z80."),
+        ("a.h", f"{KLARTEXT}3 L X+5 F500\n4 L Z-80 FMAX\n5 M30\n6 END PGM T MM\n", "Z-80", "Z+80"),
+    ],
+)
+def test_a_minus_too_many_is_a_choice_beside_the_nearest_place(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, wrong: str, right: str
+) -> None:
+    """Only the place next to the limit was offered."""
+    _message, _word, made = look(inspector, tmp_path / name, text)
+    path, new, settles = next(one for title, one in made.items() if title.startswith(f"Write {right} in place"))
+    assert (path, new, settles) == (tmp_path / name, text.replace(wrong, right), False)
+    assert any(title.startswith("Write Z-59.9") for title in made)
+
+
 def test_a_centre_with_the_wrong_sign_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
     text = f"{NGC}G1 X10 F500\nG2 X20 Y10 I0 J-10\nM30\n"
     _message, underlined, made = look(inspector, tmp_path / "a.nc", text)

@@ -20,6 +20,7 @@ from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import add_table, lay_out
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
+from verne_post.base.stopping import check_wanted
 from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -139,6 +140,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
     """
     draft = read_draft(source, machine, options, team)
     for stage in STAGES:
+        check_wanted()
         draft = stage(draft)
     assert draft.contour is not None
     restored = () if draft.restart is None else draft.restart.switched_events

@@ -245,7 +245,11 @@ def list_ends(source: Text, program: Program, item: Finding) -> list[Remedy]:
     line = _find_line(program, guard_joints(program), item.line, source)
     if line is None:
         return []
-    return [*propose_heights(source, program, line, item), *propose_ends(line, warnings=False)]
+    ends = list(propose_ends(line, warnings=False))
+    deep = [one for one in ends if one.word[0] == "Z" and one.word[1] < 0.0]
+    # a Z below the part may have a sign too many: whoever asks tries the edit
+    unsigned = [dataclasses.replace(one, value=format_number(-one.word[1]), is_choice=True) for one in deep]
+    return [*propose_heights(source, program, line, item), *unsigned, *ends]
 
 
 def _find_line(program: Program, joints: Any, number: int | None, source: Text = b"") -> Line | None:

@@ -78,10 +78,11 @@ def change_number(line: str, word: re.Match[str], value: str) -> str:
     return f"{line[: word.start(2)]}{write_like(word[2], value)}{line[word.end(2) :]}"
 
 
-def write_like(number: str, value: str) -> str:
-    """A number as another one is written: with its point, and its sign +."""
+def write_like(number: str, value: str, language: str = "") -> str:
+    """A number as another one is written: with its point, and its sign, which most numbers of Klartext have."""
     value = value if "." in value or "." not in number else f"{value}."
-    return f"+{value}" if number.startswith("+") and not value.startswith("-") else value
+    has_sign = number.startswith("+") or (number.startswith("-") and language == "heidenhain")
+    return f"+{value}" if has_sign and not value.startswith("-") else value
 
 
 def add_angle(line: str, letter: str, value: str) -> str | None:

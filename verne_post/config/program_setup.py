@@ -42,6 +42,11 @@ class InlineTool(Table, frozen=True, kw_only=True):
     """One tool of [tools]; ``number`` is that of a tool which the program calls by its name."""
 
     elsewhere: ClassVar[Mapping[str, str]] = _SHAPES
+    about: ClassVar[Mapping[str, str]] = {
+        "length": "mm from the gauge line to the tip",
+        "diameter": "mm, of the cutter",
+        "number": "of a tool that the program calls by its name",
+    }
 
     length: Size = TO_MEASURE
     diameter: Size = 0.0
@@ -103,6 +108,20 @@ FileName = Annotated[str, Meta(min_length=1)]
 
 class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "wcs": "work offsets by system: [x, y, z] in mm, or [x, y, z, turn] with the part's rotation in degrees",
+        "tools": "lengths and diameters in mm, by the number or name of the tool",
+        "remap": "meaning of codes that the builder of the machine defines",
+        "keep_out": "fixtures by name: boxes in mm, or files of meshes",
+        "stock": "what the tool may cut: a box in mm, or the file of a mesh",
+        "part": "the finished part, with which the rows are compared",
+        "tool_table": "file of the tool table of a control",
+        "tool_lengths": "file of measured tool lengths",
+        "measured_offset": "file of the measured work offset",
+        "tool_shapes": "file of cutters, shanks and holders",
+        "parameters": "file of numbered parameters before the program",
+    }
 
     wcs: dict[str, Annotated[list[Place], Meta(min_length=3, max_length=4)] | Literal["measure"]] = field(
         default_factory=dict
