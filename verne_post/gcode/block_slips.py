@@ -10,6 +10,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, has_one_more, list_near_numbers
 from verne_post.gcode.codes import make_unknown_function
+from verne_post.gcode.program_error import write_words
 from verne_post.model.findings import Finding, Remedy
 
 #: Characters of a line that are looked at on both sides of a column.
@@ -273,4 +274,4 @@ def write_letters(text: str, item: Finding) -> Finding:
 
 def propose_words(item: Finding, wrong: str, rights: Iterable[str]) -> tuple[Remedy, ...]:
     """The words of which one may be meant by a wrong one in the line of a finding, each as a choice."""
-    return tuple(Remedy(f"write {one}", one, line=item.line or 0, misspelt=wrong, is_choice=True) for one in rights)
+    return write_words(wrong, *rights, line=item.line or 0, is_choice=True)

@@ -9,7 +9,7 @@ from verne_post.gcode.klartext.first_words import LETTERS_AS_DIGITS
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.slips import find_slip
 from verne_post.gcode.klartext.statements import Statement
-from verne_post.model.findings import Remedy
+from verne_post.gcode.program_error import write_words
 from verne_post.model.moves import ZERO9, Frame, Stock
 
 #: ``0.1 Z X-40 Y-30 Z-10``, ``0.2 X+40 IY+60 Z+5``, ``CYLINDER Z R50 L105 DIST+5 RI10``.
@@ -48,7 +48,7 @@ class Blank:
         if slip is not None:
             self._low = {}
             written_text, right = slip[0].strip(), f"0.{slip[1].translate(LETTERS_AS_DIGITS)}"
-            edits = (Remedy(f"write {right}", right, misspelt=written_text),)
+            edits = write_words(written_text, right)
             what = "the point is missing" if written_text.isdigit() else "no number of a corner"
             text = f"BLK FORM {written_text}: {what}; write BLK FORM {right}"
             raise statement.error("VP001", text, 0, edits)

@@ -6,8 +6,7 @@ from typing import Final
 
 from verne_post.base.suggestions import drop_doubles, find_meant
 from verne_post.gcode.klartext.vocabulary import PLANES, REFUSED_STATEMENTS, STATEMENTS
-from verne_post.gcode.program_error import ProgramError
-from verne_post.model.findings import Remedy
+from verne_post.gcode.program_error import ProgramError, write_words
 
 #: What a statement begins with.
 KEYWORD: Final = re.compile(
@@ -84,9 +83,8 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             return ProgramError("VP001", f"{place}: no parameter; did you mean Q{place[1:]}?", begin + 1)
         if swapped_words := _find_swapped(text, begin):
             return swapped_words
-        edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
         what = f"{place}: coordinates without a path function before them; write L {place}"
-        return ProgramError("VP001", what, begin + 1, edits=(edit,))
+        return ProgramError("VP001", what, begin + 1, edits=write_words(place, f"L {place}", line=line))
     if joined_label := _JOINED_LABEL.match(text, begin):
         return refuse_joined(joined_label.group(), begin + 1, line)
     wrong_number = _BLOCK_NUMBER.match(text)
@@ -99,7 +97,7 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
         what = f"{wrong}: a letter in the number of the block; "
         if len(rights) == 1:
             return ProgramError("VP001", f"{what}did you mean {right}?", wrong_number.start(1) + 1)
-        edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=True) for one in rights)
+        edits = write_words(wrong, *rights, line=line)
         return ProgramError("VP001", f"{what}write {' or '.join(rights)}", wrong_number.start(1) + 1, edits=edits)
     with_letter = _NUMBER_AND_LETTER.match(text)
     if with_letter is not None and KEYWORD.match(text, with_letter.end()):
@@ -113,9 +111,9 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             what = f"{digits[0]}: the Q before the number is missing; did you mean Q{digits[0]}?"
             return ProgramError("VP001", what, begin + 1)
         right = f"{number[2]}{digits[0]}"
-        edit = Remedy(f"write {right}", right, misspelt=text[number.start(2) : begin + digits.end()])
+        edits = write_words(text[number.start(2) : begin + digits.end()], right)
         what = f"{number[2]} {digits[0]}: a blank is in the number of the block; write {right}"
-        return ProgramError("VP001", what, number.start(2) + 1, edits=(edit,))
+        return ProgramError("VP001", what, number.start(2) + 1, edits=edits)
     why = "not a statement that is executed here; docs/heidenhain.md lists them"
     return _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
 
@@ -150,7 +148,7 @@ def _find_path(text: str) -> str:
 def refuse_joined(text: str, column: int, line: int) -> ProgramError:
     """The error of LBL1 or CALL LBL1: the same where LBL1 is executed, and where its label is called."""
     right = " ".join(text.replace("LBL", "LBL ").split())
-    edits = (Remedy(f"write {right}", right, line=line, misspelt=text),)
+    edits = write_words(text, right, line=line)
     return ProgramError("VP001", f"{text}: a blank is missing; write {right}", column, line=line, edits=edits)
 
 
@@ -230,7 +228,7 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if first in ("K", "O", "P") and re.match(r"[ \t]+I?[XYZABC][-+]?[\d.]", rest):  # keys beside L
         return ProgramError("VP002", f"{first}: no path function; did you mean L?", begin + 1)
     if re.fullmatch(r"[NJK]\d{1,3}", text[begin:].rstrip()):  # keys beside M
-        edits = (Remedy(f"write M{first[1:]}", f"M{first[1:]}", misspelt=first, is_choice=True),)
+        edits = write_words(first, f"M{first[1:]}", is_choice=True)
         message = f"{first}: Klartext has no {first[0]} words; write M{first[1:]} if the M function is meant"
         return ProgramError("VP001", message, begin + 1, edits=edits)
     if path := _find_path(text[begin:]):
@@ -245,7 +243,7 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     ends += [phrase[0] for phrase in phrases if len(first) > 1 and first == phrase[0][1:]]
     near = near or next(iter(ends), "")
     if not near and "=" not in first and _TEXT_OF_REMARK.match(text, begin):
-        edits = (Remedy(f"write ; {first}", f"; {first}", misspelt=text[begin : begin + len(first)], is_choice=True),)
+        edits = write_words(text[begin : begin + len(first)], f"; {first}", is_choice=True)
         message = f"{first[:20]} begins no statement that is executed here; write ; before it if it is a remark"
         return ProgramError("VP002", message, begin + 1, edits=edits)
     message = f"{first}: no meaning in this language; did you mean {near}?" if near else message

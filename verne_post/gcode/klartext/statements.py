@@ -21,7 +21,7 @@ from verne_post.gcode.klartext.first_words import (
     refuse_unread,
 )
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
 from verne_post.gcode.words import split_words
 from verne_post.model.findings import Remedy
@@ -83,6 +83,11 @@ class Statement(Struct, frozen=True):
         """An error of this statement, at a place of ``rest``: what stands behind blanks there."""
         line, column = (None, None) if at is None else self.find_place(at + _count_blanks(self.rest[at:]))
         return ProgramError(code, message, column, line if line != self.line else None, edits=edits)
+
+    def refuse_word(self, wrong: str, what: str, *rights: str, at: int) -> ProgramError:
+        """VP001 of a word at a place of ``rest``, with the words of which one is to be written, each an edit."""
+        message = f"{wrong}: {what}; write {' or '.join(rights)}"
+        return self.error("VP001", message, at, write_words(wrong, *rights))
 
     @contextmanager
     def place_errors(self, at: int) -> Iterator[None]:
