@@ -43,7 +43,8 @@ class Blank:
         """
         form = _FORM.match(statement.rest)
         slip = re.match(
-            r"[ \t]+(?!0[.,][12][ \t])(?=[\dOLI]*[-:.,]|0[12])[O\d]?[-:.,]{0,2}([12LI])(?=[ \t])", statement.rest
+            r"[ \t]+(?!0[.,][12][ \t])(?=[\dOLI]*[-:.,]|0 ?[12][ \t])[O\d]?[-:., ]{0,2}([12LI])(?=[ \t])",
+            statement.rest,
         )
         if slip is not None:
             self._low = {}
@@ -57,10 +58,23 @@ class Blank:
             self._low = {}
             text = f"{joined_words[1]}: a blank is missing; did you mean {joined_words[2]} {joined_words[3]}?"
             raise statement.error("VP001", text, joined_words.start(1))
-        axis = re.match(r"[ \t]+0[.,]1[ \t]+([A-Z])(?=[ \t])", statement.rest)
+        axis = re.match(r"[ \t]+0[.,]1[ \t]+([A-Z]\d*)(?=[ \t])", statement.rest)
         if form is None and axis is not None:
             self._low = {}
             raise statement.error("VP001", f"{axis[1]}: no axis of the tool; did you mean Z?", axis.start(1))
+        without_axis = re.match(r"[ \t]+(0[.,]1)[ \t]+[XYZ][-+]", statement.rest)
+        if form is None and without_axis is not None:
+            wrong = without_axis[1]
+            what, right = "the axis of the tool is missing after it", f"{wrong} Z"
+            if self._low is None:
+                self._low = {}
+            else:
+                what, right = "the first corner, which is given already", f"{wrong[:-1]}2"
+            raise statement.refuse_word(wrong, what, right, at=without_axis.start(1))
+        if re.match(r"[ \t]+0[.,]2[ \t]+[XYZ][ \t]+[XYZ]", statement.rest) and self._low is None:
+            self._low = {}
+            what = "the second corner, and an axis of the tool as for the first one"
+            raise statement.refuse_word("0.2", what, "0.1", at=0)
         if form is None:
             return None
         pattern = _CYLINDER_WORD if form[4] else _CORNER_WORD

@@ -264,10 +264,20 @@ def find_cycle_of(head: Head) -> int | None:
     """The one cycle whose number is a slip away, and which has all parameters of a definition; None without one."""
     given = {int(one) for one in re.findall(r"(?:^|[ \t])Q(\d{1,4})[ \t]*=", head.rest)}
     fits = [one for one, (needs, defaults) in OF_PARAMETERS.items() if given and given <= {*needs, *defaults}]
+    fits = [one for one in fits if given >= {*OF_PARAMETERS[one][0]}] or fits
     near = find_with_digit(head.number, fits)
     others = [one for one in fits if sum(a != b for a, b in zip(str(one), str(head.number), strict=False)) == 1]
     same_length = [one for one in others if len(str(one)) == len(str(head.number))]
     return near or (same_length[0] if len(same_length) == 1 else None)
+
+
+def list_missing(text: str) -> tuple[list[str], list[str]]:
+    """The parameters that the cycle of a definition needs and does not have, and the others that it may have."""
+    head = re.search(r"DEF[ \t]*(\d{3})", text, re.IGNORECASE)
+    given = {int(one) for one in re.findall(r"Q[ \t]*(\d{1,4})[ \t]*=", text, re.IGNORECASE)}
+    kinds = OF_PARAMETERS.get(int(head[1]), ((), {})) if head else ((), {})
+    needed, others = ([f"Q{one}, the {name_parameter(one)}" for one in kind if one not in given] for kind in kinds)
+    return needed, others
 
 
 def find_parameter(statement: Statement, number: int) -> int | None:

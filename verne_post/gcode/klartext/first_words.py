@@ -47,6 +47,18 @@ _TOLD_BY: Final = (
 _JOINED_LABEL: Final = re.compile(r"(?:CALL[ \t]+)?LBL\d+(?![^ \t])")
 _SHORT_LABEL: Final = re.compile(r"(?:LL|LB|BL)[ \t]+(?:\d+|\"[^\"]*\")[ \t]*")
 _HALF_FN: Final = re.compile(r"[FN][ \t]*\d{1,2}[ \t]*:")
+#: Statements of two words, and one of them, or a number of FN with a slip, before what follows both.
+_LOST_WORD: Final = {
+    "CYCL DEF": re.compile(r"(?:CYCL|DEF)(?=[ \t]+(?:\d{1,2}\.\d|\d{3})(?!\d))"),
+    "TOOL CALL": re.compile(r"(?:TOOL|CALL)(?=[ \t]+(?:\d+|\"[^\"]*\")[ \t]+Z)"),
+    "CALL LBL": re.compile(r"CALL(?=[ \t]+(?:\d+|\"[^\"]*\")[ \t]*(?:REP|$))"),
+    "BLK FORM": re.compile(r"(?:BLK|FORM)(?=[ \t]+0[.,][12][ \t])"),
+    "PLANE SPATIAL": re.compile(r"SPATIAL(?=[ \t]+SP[ABC])"),
+    "FUNCTION TCPM": re.compile(r"TCPM(?=[ \t]+F[ \t])"),
+    "LBL": re.compile(r"LABEL(?=[ \t]+(?:\d+|\"[^\"]*\")[ \t]*$)"),
+    "FN 0:": re.compile(r"FN(?:[ \t]*[OP])?[ \t]*:(?=[ \t]*Q[LR]?\d+[ \t]*=[ \t]*[-+]?[\d.,Q]+[ \t]*$)"),
+    "FN": re.compile(r"(?:F[BHJM]|[DGRTCV]N)(?=[ \t]*\d{1,2}[ \t]*:)"),
+}
 #: The number of a block with a letter, and the statement.
 _NUMBER_AND_LETTER: Final = re.compile(r"[ \t]*(?:(\d+)[A-Z]|N(\d+))[ \t]+(?![MFSQ]|R[0LR])")
 #: Characters of a line in which its first words are sought.
@@ -161,6 +173,16 @@ def _fits(word: str, rest: str) -> bool:
 def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:
     """The error of a statement whose first word, or the word after a right one, is in no statement."""
     rest = text[begin + len(first) :]
+    for right, pattern in _LOST_WORD.items():
+        if (half := pattern.match(text, begin)) is not None:
+            if " " not in right:
+                message = f"{half[0]}: no meaning in this language; did you mean {right}?"
+                return ProgramError("VP002", message, begin + 1)
+            following = re.match(r"[ \t]*\S+", text[half.end() :])[0]  # type: ignore[index]
+            edits = write_words(half[0] + following, right + following, is_choice=True)
+            what = "the number of the function" if right == "FN 0:" else "a word"
+            message = f"{half[0]}{following}: {what} is missing; write {right}{following}"
+            return ProgramError("VP002", message, begin + 1, edits=edits)
     phrases = [name.split() for name in STATEMENTS]
     phrases.sort(key=lambda one: (KEYWORD.match(one[0] + rest) or [""])[0].split()[:1] != one[:1])  # what fits is meant
     words = _THREE_WORDS.match(text, begin)
@@ -203,7 +225,9 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
             message = f"{after[2]}: no word that follows {first}; write {' or '.join(dict.fromkeys(seconds))}"
         return ProgramError("VP002", message, column)
     if re.match(r"\d+[ \t]*$", text[begin:]):
-        return ProgramError("VP001", f"{first}: the letter before this number is missing, as in M{first}", begin + 1)
+        edits = write_words(first, f"M{first}", is_choice=True)
+        message = f"{first}: the letter before this number is missing, as in M{first}"
+        return ProgramError("VP001", message, begin + 1, edits=edits)
     if parameter := re.fullmatch(r"(Q[LRS]?)([LO\d]*[LO][LO\d]*)", first):
         right = parameter[1] + parameter[2].translate(str.maketrans("LO", "10"))
         return ProgramError("VP001", f"{first}: a letter in the number; did you mean {right}?", begin + 1)

@@ -268,7 +268,9 @@ class KlartextFunctions:
                 number == 136
             ):  # the number in force is one of the other kind: F is to be given again
                 self.core.set_feed(0.0)
-            self.contour.per_turn = number == 136
+            self.contour.per_turn, recorder = number == 136, self.core.recorder
+            self.contour.turn_line = 0 if recorder.is_in_other_file or number == 137 else self.frames.block.line
+            recorder.turn_feeds.append((self.contour.turn_line, recorder.count))
         elif number in (109, 110):
             self.core.set_arc_feed(ARC_FEEDS[number])
         elif number == 19:

@@ -363,10 +363,12 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
         written_word = f"{before[0]}{statement.rest[at : statement.rest.index(word[0], at)]}{word[0]}"
         right = "".join(written_word.split())
         return statement.refuse_word(written_word, "a blank is in the number", right, at=before.start())
-    elif word is not None and name == "=" and word[0][0] in "-+":
-        edits = (Remedy("write =", "=", misspelt=word[0][0]),)
+    elif word is not None and name == "=" and word[0] in ("-", "+"):
+        edits = write_words(word[0], "=")
+    elif word is not None and name == "=" and word[0][0] == "-":  # the key of = is beside it
+        edits = write_words(word[0], f"= {word[0]}", f"= {word[0][1:]}")
     elif word is not None and name == "=":
-        edits = (Remedy("write =", f"= {word[0]}", misspelt=word[0]),)
+        edits = write_words(word[0], f"= {word[0]}")
     shown_text = f"found {word[0][:15]}" if word is not None else "the line ends"
     return statement.error("VP001", f"expected {wanted_part}, {shown_text}; write {form}", at, edits)
 

@@ -26,8 +26,12 @@ _NAME_AND_NUMBER: Final = re.compile(r"([A-Z]{3,6})([-+]?[\d.,]+)")
 _SHORT_WORD: Final = re.compile(r"R[LR0]|DR[-+]|M\d{1,3}|A[-+]?[\d.,]+")
 #: More digits than these, alone behind the coordinates of a line without F, are a feed rate.
 _DIGITS_OF_DECIMALS: Final = 2
+#: Axes, and so many of them as are worth a choice for a number that has lost its letter.
+_AXES: Final = "XYZABC"
+_MOST_LETTERS: Final = 3
+_COORDINATE_OF: Final = re.compile(r"(?<!\w)I?([XYZABC])[ \t]*[-+\d.,Q]")
 _COORDINATE_BEHIND: Final = re.compile(r"[ \t]I?[XYZABCUVW][-+\d]")
-_KEYS_BESIDE: Final = {"A": "Q", "D": "SFERXC", "R": "ETDF4", "L": "KOP", "M": "NJK"}
+_KEYS_BESIDE: Final = {"A": "Q", "D": "SFERXC", "R": "ETDF4", "L": "KOP", "M": "NJK,"}
 
 
 def find_slip(
@@ -59,8 +63,8 @@ def find_slip(
         if pattern.fullmatch(right):
             what = "a digit before its letter" if word == "Q" else f"{word[0]} in a number"
             return statement.error("VP001", f"{whole}: {what}; did you mean {right}?", start)
-    if equals := find_equals(text, begin):
-        return statement.error("VP001", equals, begin)
+    if equals := find_equals(statement, text, begin):
+        return equals
     earlier_words = text[:begin].split()
     if rights := _list_divided(statement, text, begin):
         at = text.rindex(earlier_words[-1], 0, begin)
@@ -97,7 +101,10 @@ def find_slip(
     if at := next(ends, 0):
         return statement.refuse_word(word, "a blank is missing", f"{word[:at]} {word[at:]}", at=begin)
     if re.match(r"[-+]?[\d.]", word):
-        return statement.error("VP001", f"{word[:15]}: the letter before this number is missing", begin)
+        rights = [one for one in _list_lettered(statement, text, begin) if pattern.fullmatch(one)]
+        text = f"{word[:15]}: the letter before this number is missing"
+        text += f"; write {' or '.join(rights)}" if rights else ""
+        return statement.error("VP001", text, begin, write_words(word, *rights, is_choice=True))
     return None
 
 
@@ -109,8 +116,21 @@ def _list_divided(statement: Statement, text: str, begin: int) -> list[str]:
     has_point = re.search("[.,]", before[0]) is not None
     is_feed = len(word) > _DIGITS_OF_DECIMALS and word[0] != "0" and statement.keyword == "L"
     is_feed = is_feed and re.search(r"(?<!\w)F", text) is None and _COORDINATE_BEHIND.search(text, begin) is None
+    if statement.keyword == "TOOL CALL" and word[0] != "0" and before[0][0] == "S":
+        return [f"{before[0]} F{word}", f"{before[0]}{word}"]
     feed = [f"{before[0]} F{word}"] * is_feed
     return feed if has_point else feed or [f"{before[0]}.{word}", f"{before[0]}{word}"]
+
+
+def _list_lettered(statement: Statement, text: str, begin: int) -> list[str]:
+    """A number alone with each letter that it may have lost: S, or F behind it; an axis between those around it."""
+    word = text[begin:].split()[0]
+    if statement.keyword == "TOOL CALL":
+        return [f"{one}{word}" for one in "SF" if re.search(rf"(?<!\w){one}", text) is None][:1]
+    axes = [[_AXES.index(one) for one in _COORDINATE_OF.findall(part)] for part in (text[:begin], text[begin:])]
+    between = _AXES[max(axes[0], default=-1) + 1 : min(axes[1], default=len(_AXES))]
+    is_place = statement.keyword in ("L", "C", "BLK FORM") and re.search("[-+.,]", word) is not None
+    return [f"{one}{word}" for one in between] if is_place and len(between) <= _MOST_LETTERS else []
 
 
 def _list_near_words(pattern: re.Pattern[str], word: str) -> list[str]:
