@@ -276,8 +276,8 @@ def list_missing(text: str) -> tuple[list[str], list[str]]:
     head = re.search(r"DEF[ \t]*(\d{3})", text, re.IGNORECASE)
     given = {int(one) for one in re.findall(r"Q[ \t]*(\d{1,4})[ \t]*=", text, re.IGNORECASE)}
     kinds = OF_PARAMETERS.get(int(head[1]), ((), {})) if head else ((), {})
-    needed, others = ([f"Q{one}, the {name_parameter(one)}" for one in kind if one not in given] for kind in kinds)
-    return needed, others
+    missing, others = ([f"Q{one}, the {name_parameter(one)}" for one in kind if one not in given] for kind in kinds)
+    return missing, others
 
 
 def find_parameter(statement: Statement, number: int) -> int | None:

@@ -298,8 +298,8 @@ class _KlartextRun:
         errors: list[ProgramError] = []
         if len(parts) > 1 and text.goes_on(last):
             why = f"~ at its end continues the cycle in line {last + 1}, which is a separate block; take ~ away"
-            needed, others = list_missing(" ".join(parts))
-            if not needed:  # else the cycle says it
+            missing, others = list_missing(" ".join(parts))
+            if not missing:  # else the cycle says it
                 right = f"write {' or '.join(others)}" if others else "write the parameter that is missing"
                 errors.append(ProgramError("VP001", f"{why}, or {right}", line=last))
 
