@@ -99,6 +99,8 @@ def test_an_edit_gives_the_program_back(
     [
         ("    Q203=+0 ~\n", "", "CYCL DEF 200 needs Q203, the surface"),
         ("Q204=+10 ~\n    Q211=+0.2\n", "Q204=+10 ~\n", "write Q211, the dwell below or Q395"),
+        ("16 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "16 M12", "M12: no meaning in this language"),
+        ("9 CALL LBL", "9 M28\n9 TOOL CALL S8000\n9 CALL LBL", "M28: no meaning in this language"),
         ("TOOL CALL 1 Z", "TOOL CALL Z", "write TOOL CALL 1 Z S with its speed before it"),
         ("18 L X+6 Y+2.5 Z", "18 L X+6 Y-=2.5 Z", "Y-=2.5"),
     ],

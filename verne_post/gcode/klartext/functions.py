@@ -315,8 +315,8 @@ class KlartextFunctions:
         self.frames.refresh_frame()
 
     def warn_of_tcp(self, what: str) -> None:
-        """VP043, once for each M128, where it holds at what the manuals of TNC controls place after M129."""
-        if self.modes.tcp:
+        """VP043, once for each M128 that was read, where it holds at what manuals of TNC controls place after M129."""
+        if self.modes.tcp and self.modes.tcp_line:
             line = self.frames.block.line
             code = f"M128 of line {self.modes.tcp_line} is still in force"
             where, edits = f"at {what}, before which controls require its end", write_before("M129", line=line)

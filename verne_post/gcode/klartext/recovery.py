@@ -95,11 +95,9 @@ class KlartextRecovery:
         elif keyword == "PLANE":
             for number in range(3):
                 to.q.control_values.setdefault(120 + number, to.state.position[3 + number])
-        elif keyword == "FUNCTION" and re.search("TC[PM]", statement.rest) and "RESET" in statement.rest:
-            with suppress(ProgramError):
-                to.functions.set_tcp(on=False)
         elif keyword == "FUNCTION" and re.search("TC[PM]", statement.rest):
-            self._assume_tcp()
+            with suppress(ProgramError):
+                to.functions.set_tcp(on="RESET" not in statement.rest)
         elif error.code == "VP002" and (function := re.match(r"M(\d+): ", error.message)) is not None:
             if list_near_numbers(function[1], ["128"]):
                 self._assume_tcp()
@@ -138,9 +136,11 @@ class KlartextRecovery:
             self._assume_tcp()
 
     def _assume_tcp(self) -> None:
-        """A statement that may be M128 is not read: paths are those of the tip."""
-        with suppress(ProgramError):
-            self.to.functions.set_tcp(on=True)
+        """A statement that may be M128 is not read: paths are those of the tip, and nothing says in which line."""
+        modes = self.to.modes
+        if not modes.tcp:
+            modes.tcp, modes.tcp_line = True, 0
+            self.to.frames.refresh_frame()
 
     def _assume_tool(self, number: int | None) -> None:
         state = self.to.state
