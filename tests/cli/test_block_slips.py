@@ -109,6 +109,34 @@ def test_an_edit_gives_back_what_was_meant(
     assert not any("places" in one.title for one in fixes)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "right", "said"),
+    [
+        ("ED1", "END1", "DO1 is never ended; expected END1; line 15 has ED1: write END1 there"),
+        ("EN1D", "END1", "line 15 has EN1D: write END1 there"),
+        ("X0.\nM999", "X0.\nM99", "did you mean M99?"),
+        ("X0.\n9M9", "X0.\nM99", "M99 may be meant"),
+    ],
+)
+def test_a_mistyped_end_is_one_error(inspector: Inspector, tmp_path: Path, wrong: str, right: str, said: str) -> None:
+    meant = FANUC[: FANUC.index("O1303")].replace("M98 P1303\n", "").replace("P21302", "P1302")
+    meant = meant.replace("N30 G01 X5.", "#102=2\nWHILE [#102 GT 0] DO1\n#102=#102-1\nEND1\nN30 G01 X5.") + "%\n"
+    path, text = tmp_path / "a.nc", meant.replace(right, wrong, 1)
+    found = check(inspector, path, text, SETUP)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert said in item.message
+    fixes = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert text[: fixes[0].begin] + fixes[0].new + text[fixes[0].end :] == meant
+
+
+def test_a_subprogram_that_is_called_is_not_preferred_for_another_one(inspector: Inspector, tmp_path: Path) -> None:
+    path, text = tmp_path / "a.nc", FANUC.replace("O1303 (LINE)\n", "")
+    found = check(inspector, path, text, SETUP)
+    item = next(one for one in found.findings if "O1303" in one.message)
+    fixes = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert [(one.new, one.settles) for one in fixes] == [("P1302", False)]
+
+
 def test_a_word_that_is_right_elsewhere_is_changed_once(inspector: Inspector, tmp_path: Path) -> None:
     """N30 of subprograms are block numbers, whatever the N30 at the end of the program is."""
     path, text = tmp_path / "a.nc", FANUC.replace("M30\n", "N20 M9 N30\n")
@@ -182,6 +210,7 @@ G54 = [0, 0, 60]
             "write M6 in place of M60 beside T2",
             ["M6 in place of M60 in line 9", "M6 after T2 in"],
         ),
+        ("T2 M06", "T2 06", "this is T206; T2 M06 may be meant", ["T2 M06 in place of T2 06"]),
         ("M06\nM3", "M66\nM3", "did you mean M6?", ["M6 in place of M66"]),
         ("M30", "M300", "did you mean M30?", ["M30 in place of M300"]),
         ("M30", "M20", "did you mean M30?", ["M30 in place of M20"]),

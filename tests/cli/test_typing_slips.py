@@ -37,13 +37,6 @@ def embed(ending: str, lines: str) -> str:
         ),
         (".h", "PLANE SPATIAL SPA+0 SPB+0 SPC+0 TURM FMAX", ("TURM", "TURN"), "", "Write TURN in place of TURM"),
         (".h", "CYCL DEF 7.0 N\nCYCL DEF 7,1 X+5", ("7,1", "7.1"), "a decimal comma", "Write 7.1 in place of 7,1"),
-        (
-            ".h",
-            "PLANE SPATIAL SPA=25 SPB+0 SPC+0 STAY",
-            ("SPA=", "SPA+"),
-            "have no =",
-            "Write SPA+25 in place of SPA=25",
-        ),
         (".h", "L X=-2", ("X=", "X"), "have no =", "Write X-2 in place of X=-2"),
         (
             ".h",

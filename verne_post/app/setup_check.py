@@ -180,14 +180,16 @@ def _propose_feed_a_minute(moves: Moves, cut: int) -> tuple[str, tuple[Remedy, .
     if not code:
         return "if mm/min were meant, write MMPM in its FEDRAT", ()
     before = Remedy(f"write {code}", code, line=line, way="before", is_choice=True)
-    g95, first = next((one for one in reversed(moves.turn_feeds) if one[1] <= cut), (0, 0))
-    if not g95:
+    active, first = next((one for one in reversed(moves.turn_feeds) if one[1] <= cut), (0, 0))
+    if not active:
         return f"if mm/min were meant, write {code} before", (before,)
-    instead = Remedy("write G94", "94", line=g95, word=("G", 95.0), is_choice=True)
-    # a cut or a tapped hole that has taken G95 already may be why it was written
+    word = ("M", 136.0) if code == "M137" else ("G", 95.0)
+    instead = Remedy(f"write {code}", code[1:], line=active, word=word, is_choice=True)
+    why = f"{word[0]}{word[1]:g} of line {active} is active: if mm/min were meant, write {code}"
+    # a cut or a tapped hole that has taken F a turn already may be why it was written
     if np.any(np.isfinite(moves.feed[first:cut]) & (moves.kind[first:cut] != MoveKind.DWELL)):
-        return f"G95 of line {g95} is active: if mm/min were meant, write G94 before this cut", (before, instead)
-    return f"G95 of line {g95} is active: if mm/min were meant, write G94 in its place", (instead,)
+        return f"{why} before this cut", (before, instead)
+    return f"{why} in its place", (instead,)
 
 
 def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:

@@ -4,7 +4,7 @@ A work offset and an option are tried on the whole program; a tilt, another bran
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -106,7 +106,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         return _put_cause(in_inches, [one for one in findings if not _is_about_unit(one)])
     word = None
     if is_short and meant is None:
-        word = _find_forgotten_g91(source, program, errors) or _find_word(source, program, joints, errors)
+        word = _find_forgotten_g91(source, program, errors) or _find_lost_point(source, program, errors)
+        word = word or _find_word(source, program, joints, errors)
     if can_help:  # a sign explains a part under the table better than a word of the program does
         word = _find_slip_of_setup(source, program, movable, is_far=offset is None and word is None) or word
     chosen: dict[object, Finding] = {}
@@ -395,6 +396,39 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
                 said = f"within limits if line {start} {there} {letter} {value} instead of {word[2].rstrip('.')}"
                 return Remedy(said, value, line=start, word=one.word)
     return None
+
+
+def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+    """X, Y or Z of the first line of errors with the decimal point that it may have lost; checked with it.
+
+    With the point it is between the numbers of this letter before and behind it.
+    """
+    number = min(item.line or 0 for item in errors)
+    lines = bytes(source).split(b"\n")
+    text = lines[number - 1].decode("utf-8", errors="replace")
+    for letter in "XYZ":
+        word = find_word(text, letter)
+        digits = "" if word is None else word[2].lstrip("+-")
+        if word is None or len(digits) < len("10") or not digits.isdecimal():
+            continue
+        around = (_find_nearest(one, letter) for one in (reversed(lines[: number - 1]), lines[number:]))
+        beside = [one for one in around if one is not None]
+        sign = word[2].removesuffix(digits)
+        for at in range(len(digits) - 1, 0, -1):
+            value = f"{sign}{digits[:at]}.{digits[at:]}".removeprefix("+")
+            if len(beside) != 2 or not min(beside) <= float(value) <= max(beside):
+                continue
+            changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
+            if _is_right_with(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program):
+                said = f"{letter}{value} may be meant in line {number}, its point is missing: within limits with it"
+                return Remedy(said, value, line=number, word=(letter, float(word[2])), is_choice=True)
+    return None
+
+
+def _find_nearest(lines: Iterable[bytes], letter: str) -> float | None:
+    """The number of a letter in the first of some lines that has it."""
+    words = (find_word(one.decode("utf-8", errors="replace"), letter) for one in lines)
+    return next((float(one[2]) for one in words if one is not None), None)
 
 
 def find_end_before_contact(source: Text, program: Program, line: Line) -> str | None:

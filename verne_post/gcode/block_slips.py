@@ -10,6 +10,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, has_one_more, list_near_numbers
 from verne_post.gcode.codes import make_unknown_function
+from verne_post.gcode.program_error import write_words
 from verne_post.model.findings import Finding, Remedy
 
 #: Characters of a line that are looked at on both sides of a column.
@@ -36,6 +37,8 @@ _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\
 #: T beside axes in place of G, whose key is beside: codes that stand there as a rule.
 _T_FOR_G: Final = re.compile(r"T(4[0139]|49|80|9[01])(?![\d.])", re.IGNORECASE)
 _CHANGE_OR_NO_AXIS: Final = re.compile(r"[^(]*M0*6(?!\d)|[^(XYZAC]*(?:\(|$)", re.IGNORECASE)
+#: A tool, and a 6 that has lost its M.
+_CHANGE_WITHOUT_M: Final = re.compile(r"(T\d{1,4})[ \t]+(0?6)(?![\d.])", re.IGNORECASE)
 #: A variable, and a number behind a blank.
 _NUMBER_BEHIND: Final = re.compile(r"#(\d{1,3})[ \t]+(\d{1,6}(?:\.\d{0,6})?)(?![\w.])")
 #: An M code without its zeros, and what M6 and M30 become by a key that is struck twice or beside.
@@ -98,6 +101,12 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
             f"its letter, such as F{match[2]}"
         )
         edits = propose_words(item, match[0], rights)
+        return replace(item, code="VP001", message=message, edits=edits, settled_by=())
+    if item.code == "VP012" and (match := _CHANGE_WITHOUT_M.match(text, (item.column or 1) - 1)):
+        right = f"{match[1]} M{match[2]}"
+        message = f"{match[0]}: blanks mean nothing in a number, so that this is {match[1]}{match[2]}"
+        message += f"; {right}{MAY_BE_MEANT}"
+        edits = propose_words(item, match[0], [right])
         return replace(item, code="VP001", message=message, edits=edits, settled_by=())
     if item.code == "VP012" and (match := _T_FOR_G.match(text, (item.column or 1) - 1)):
         if _CHANGE_OR_NO_AXIS.match(text):
@@ -273,4 +282,4 @@ def write_letters(text: str, item: Finding) -> Finding:
 
 def propose_words(item: Finding, wrong: str, rights: Iterable[str]) -> tuple[Remedy, ...]:
     """The words of which one may be meant by a wrong one in the line of a finding, each as a choice."""
-    return tuple(Remedy(f"write {one}", one, line=item.line or 0, misspelt=wrong, is_choice=True) for one in rights)
+    return write_words(wrong, *rights, line=item.line or 0, is_choice=True)
