@@ -1131,6 +1131,32 @@ def test_a_feed_in_m_per_min_is_told(cuts, line, said):
 
 
 @pytest.mark.parametrize(
+    ("dialect", "remark", "call", "diameter", "said"),
+    [
+        ("rs274", "(T1 D=12. - FLAT END MILL)", "T1 M6", 6.0, "tool 1: a diameter of 6 mm is half the 12 mm that"),
+        (
+            "siemens",
+            '; T1 "EM12" D=12. MILL',
+            'T="EM12" M6',
+            24.0,
+            'tool 1 "EM12": a diameter of 24 mm is twice the 12 mm',
+        ),
+        ("rs274", "(T1 D=12. - FLAT END MILL)", "T1 M6", 11.4, ""),  # ground again
+        ("rs274", "(T1 D1 - FLAT END MILL)", "T1 M6", 2.0, ""),  # an entry of the tool table
+    ],
+)
+def test_a_radius_in_place_of_a_diameter_is_told(dialect, remark, call, diameter, said):
+    length, unit = ("D1", "G71") if dialect == "siemens" else ("G43 H1", "G21")
+    text = f"{remark}\n{unit} G90 G17 G54\n{call}\nS900 M3\nG0 A0 C0 X0 Y0\n{length} Z50\nG1 Z9 F90\nM30\n"
+    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), diameter)}
+    names = {"siemens": {"tools": {"EM12": 1}}} if dialect == "siemens" else {}
+    options = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names)
+    told = [item.message for item in vp.check(text, "ac_trunnion", options).findings if item.code == "VP505"]
+    assert len(told) == bool(said)
+    assert all(message.startswith(said) for message in told)
+
+
+@pytest.mark.parametrize(
     ("clear", "cuts", "end", "line"),
     [
         ("G43 Z-50 H1", "G1 Z-5 F100\nX20", "G0 Z50", 5),
