@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
+from verne_post.app.diameter_check import check_diameters
 from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
 from verne_post.app.row_format import find_drives
 from verne_post.app.setup_check import check_setup
@@ -291,7 +292,8 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)
-    checked = (*check_setup(moves, path, machine, options), *turns, *find_unexecuted_moves(source, moves))
+    checked = [*check_setup(moves, path, machine, options), *check_diameters(source, moves, options), *turns]
+    checked += find_unexecuted_moves(source, moves)
     findings = tuple(place_at_plane(source, item) for item in (*checked, *moves.findings))
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
 

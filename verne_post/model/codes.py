@@ -544,7 +544,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP056",
         "arc goes the other way",
         "warning",
-        "An arc of more than half a turn leaves both moves beside it at an angle, and the rest of its circle, or the "
+        "An arc of half a turn or more leaves both moves beside it at an angle, and the rest of its circle, or the "
         "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
         "the radius R (CR) may have the wrong sign.",
         "Correct the sense or the sign. No action is needed if the arc is meant, as the relief of a corner.",
@@ -831,11 +831,12 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "A speed, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not intended. "
         "Most often it is in another unit. It is in the machine file, the command line, the set-up or the program. "
+        "Or a rapid goes down below every cut of its tool, mostly to a height with the wrong sign. "
         "It is an error where a program cuts with 200 mm a turn (G95) or more, and where it exceeds the travel in "
         "inches but not in mm. Then the limits that the program breaks are not listed. `verne-post explain` names "
         "those of a line.",
         "Compare the value with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; `verne-post "
-        "machine validate` prints how long moves take.",
+        "machine validate` prints how long moves take. No action is needed if the value is meant.",
     ),
     (
         "VP506",

@@ -324,7 +324,8 @@ class SiemensMotion:
     def _take_rotary(self, end: list[float], places: dict[int, float]) -> None:
         """A and C words hold: as they are, or as a tool axis that goes on a great circle."""
         state = self.state
-        if state.tool_axis is not None and not set(self.setup.rotary) <= set(places):
+        is_known = state.tool_axis is None or self.core.recorder.is_axis_named
+        if not is_known and not set(self.setup.rotary) <= set(places):
             raise ProgramError(
                 "VP013",
                 f"{self._name_rotary(places)} alone after tool vectors: no word has chosen between the two "
