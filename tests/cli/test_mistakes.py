@@ -101,6 +101,19 @@ def test_what_is_wrong_in_a_set_up_has_its_line(
         assert all(line.startswith(place) for line in told)
 
 
+def test_a_set_up_is_named_for_its_own_program_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
+) -> None:
+    """The length of a tool table was told at the tool of the same number of another program."""
+    monkeypatch.chdir(tmp_path)
+    for name, tools in (("a.nc", "tools.1 = {length = 60}"), ("b.nc", 'tool_table = "b.tbl"')):
+        (tmp_path / name).write_text(GOOD.replace("G43", "M3 S900 G43"))
+        (tmp_path / f"{name}.toml").write_text(f"{tools}\n[wcs]\nG54 = [0, 0, 20]\n")
+    (tmp_path / "b.tbl").write_text("T1 P1 Z2400\n")
+    told = [line for line in run("check", "a.nc", "b.nc").out.splitlines() if "VP505" in line]
+    assert [line[:38] for line in told] == ["b.nc: VP505 warning: tool 1: a length "]
+
+
 def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable[..., Any]) -> None:
     """Q2OO for Q200 was told as a cycle without Q200."""
     cycle = "CYCL DEF 200 D Q2OO=2 Q201=-5 Q206=9 Q202=2 Q210=0 Q203=0 Q204=9"

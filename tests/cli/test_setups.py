@@ -191,6 +191,8 @@ def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
         ),
         ("tool_length = \u201190", "a non-breaking hyphen (U+2011), as copied from a mail or PDF; write a minus (-)\n"),
         ("split_at_stops = True", "True: write true\n"),
+        ("wcs.G54.1P1 = [0, 0, 1]", 'wcs.G54.1P1: a name with a point is in quotes; write "G54.1P1" = [X, Y, Z]'),
+        ("wcs.G54 = {x = 1, y = 2}", "wcs.G54: a place is a list of three numbers; write G54 = [X, Y, Z]"),
         ("tool_table = tools.tbl", 'tools.tbl: a text is in quotes; write "tools.tbl"\n'),
         (
             'tool_table = "tools.tbl\n',

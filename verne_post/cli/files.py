@@ -111,7 +111,7 @@ class RunFiles:
         self._output: str | None = None
         self._input_bytes: bytes | None = None
         self._asked: set[str] = set()
-        #: Names of TOML files in the order of reading; `batch` empties it before the options of each program.
+        #: Names of TOML files in the order of reading; emptied before the options of each of several programs.
         self.tables: list[str] = []
         for stream in (sys.stdout, sys.stderr):
             self._written.update(dict.fromkeys(_make_stream_keys(stream), ("standard output", "")))
@@ -239,14 +239,13 @@ class RunFiles:
         return ""
 
     def _list_tables(self) -> "Iterator[tuple[str, str]]":
-        """Names and texts of the TOML files that the run has read, the last one first."""
+        """Names and texts of the TOML files read for this program, the last one first."""
         from verne_post.base.text_marks import decode_text
 
-        for _what, name in reversed(self._read.values()):
-            if not is_dash(name) and show_name(name).endswith(".toml"):
-                with suppress(OSError, UnicodeError):
-                    raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
-                    yield _show_near(show_name(name)), decode_text(raw)
+        for name in dict.fromkeys(reversed(self.tables)):
+            with suppress(OSError, UnicodeError):
+                raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
+                yield _show_near(show_name(name)), decode_text(raw)
 
     # --- writing -----------------------------------------------------------------------------------
 

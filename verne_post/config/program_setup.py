@@ -197,9 +197,14 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     if isinstance(own.get("wcs"), dict):  # whatever is given for what is no work system
         sentences += [f"{place}wcs: {why}" for key in own["wcs"] if (why := _describe_wrong_system(key))]
         own["wcs"] = {key: value for key, value in own["wcs"].items() if not _describe_wrong_system(key)}
-        for key in [key for key, value in own["wcs"].items() if isinstance(value, dict)]:  # G54.1P1 without quotes
-            name = ".".join((key, *own["wcs"].pop(key)))
-            sentences.append(f'{place}wcs.{key}: a name with a point is in quotes; write "{name}" = [X, Y, Z]')
+        for key in [key for key, value in own["wcs"].items() if isinstance(value, dict)]:
+            inner = own["wcs"].pop(key)
+            if any(name[:1].isdigit() for name in inner):  # G54.1P1 without quotes
+                key = ".".join((key, *inner))
+                why = f'a name with a point is in quotes; write "{key}" = [X, Y, Z]'
+            else:
+                why = f"a place is a list of three numbers; write {key} = [X, Y, Z]"
+            sentences.append(f"{place}wcs.{key}: {why}")
     try:
         file = check_table(SetupFile, own, "a set-up", prefix)
     except WrongTableError as error:
