@@ -127,7 +127,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
     ("words", "said"),
     [
         # 1: a wrong name
-        (("pp.nc", *PLACE), "pp.nc: no such file"),
+        (("pp.nc", *PLACE), "pp.nc: VP022 error: no such file"),
         # 2: no tool length for a program that asks for one
         (("p.nc",), "give --tool-table FILE, or give --tool-length MM"),
         # 3: the offset in another spelling
@@ -151,7 +151,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("report", "p.nc", "-o", "f.pdf"), "-o f.pdf: expected a name that ends in .html"),
         (("p.nc", "--against", "p.nc"), "No such option '--against'; verify and machined have it."),
         (("p.nc", "--simulate", "x"), "No such option '--simulate'; machine calibrate has it."),
-        (("convert", "."), ".: is a folder; check and batch take folders"),
+        (("convert", "."), ".: VP022 error: is a folder; check and batch take folders"),
         (("p.nc", *PLACE[2:], "--tool-table", "p.nc"), "no other line is that of a tool either: is this a tool table?"),
         (("setup", "t.tbl"), "t.tbl is no NC program: .tbl is a tool table"),
         (("setup", "p.nc", "-o", "t.tbl"), "t.tbl is there already, and is not the set-up that is read (none)"),

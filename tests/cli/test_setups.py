@@ -669,7 +669,7 @@ def test_a_program_that_is_not_there_is_not_read(folder: Path, run: Callable[...
     batch = run("batch", "prt.nc", "part.nc", "-o", "out")
     assert batch.code == 2
     assert "1 not read" in batch.out
-    assert "prt.nc: no such file; did you mean part.nc?" in batch.out + batch.err
+    assert "prt.nc: VP022 error: no such file; did you mean part.nc?" in batch.out + batch.err
 
 
 def test_every_ending_of_a_language_is_looked_for_in_folders() -> None:

@@ -57,7 +57,12 @@ class FileError(Exception):
 
 
 class Unreadable(FileError):
-    """A file cannot be read."""
+    """A file cannot be read; ``line`` is printed, with a code where no option names the file."""
+
+    def __init__(self, shown: str, why: object) -> None:
+        super().__init__(f"{shown}: {why}")
+        head = "Error: {}: " if shown.startswith("-") else "{}: VP022 error: "
+        self.line = make_printable(f"{head.format(shown)}{why}")
 
 
 #: Codes of findings about what a set-up says of tools and bodies, where no line of the program is meant.
@@ -428,7 +433,7 @@ def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
         elif error.errno == errno.EISDIR:
             why = "is a folder" + ("; check and batch take folders" if what == PROGRAM else "")
         shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)
-        raise Unreadable(f"{shown}: {why}") from None
+        raise Unreadable(shown, why) from None
 
 
 def _make_keys(name: _Name) -> tuple[object, ...]:
