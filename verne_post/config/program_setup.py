@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 
 from msgspec import Meta, Struct, field
 
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.printable import quote_key
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, PartFile, name_fixture_files
@@ -161,11 +162,12 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
     if not named and not lies_in(path.parent, path):
         raise make_input_error("VP503", f"{name}: is a link that leads out of its folder; name it with --setup")
     try:
-        data = read_toml(read(path))
+        data = read_toml(raw := read(path))
     except (ValueError, RecursionError) as error:
-        raise make_input_error("VP503", f"{name}: {error}") from None
-    if data.keys() >= {"schema", "kind"}:
-        raise make_input_error("VP503", f"{name}: this is a machine file; give it with --machine, not as a set-up")
+        why = describe_kind(raw, "a set-up") or error
+        raise make_input_error("VP503", f"{name}: {why}") from None
+    if "schema" in data:
+        raise make_input_error("VP503", f"{name}: {describe_kind(raw, 'a set-up')}")
     return read_setup_table(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
 
 
