@@ -152,7 +152,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("p.nc", "--against", "p.nc"), "No such option '--against'; verify and machined have it."),
         (("p.nc", "--simulate", "x"), "No such option '--simulate'; machine calibrate has it."),
         (("convert", "."), ".: VP022 error: is a folder; check and batch take folders"),
-        (("p.nc", *PLACE[2:], "--tool-table", "p.nc"), "no other line is that of a tool either: this is a program, not a"),
+        (("p.nc", *PLACE[2:], "--tool-table", "p.nc"), "is that of a tool either: this is a program, not a"),
         (("setup", "t.tbl"), "t.tbl is no NC program: .tbl is a tool table"),
         (("setup", "p.nc", "-o", "t.tbl"), "t.tbl is there already, and is not the set-up that is read (none)"),
         (("--machine", "serial", "chek", "p.nc"), "chek: no such file, and no command; did you mean check?"),
