@@ -211,8 +211,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "label, loop or subprogram without its partner",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be. As a warning: a "
-        "machining cycle of Klartext is defined and not called, or MCALL of a Siemens program ends nothing after a "
-        "cycle that was called at one place.",
+        "machining cycle of Klartext is defined and not called, MCALL of a Siemens program ends nothing after a cycle "
+        "that was called at one place, or the PROC line of a Siemens subprogram has another name than its call.",
         "Close blocks in reverse order, with the same label. Define a subroutine before the program calls it, "
         "or put its file beside the program or into a folder of --subroutine-path.",
     ),

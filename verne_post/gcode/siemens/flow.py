@@ -302,6 +302,13 @@ class Flow:
             error.column = error.column or (None if error.line else call.column)
             raise
         executor.record_event(self.calls.show(line), "call", label=section.name)
+        called, named = section.name or call.name, procedure.name
+        if named and called.upper() not in (named.upper(), f"_N_{named}_SPF".upper()):
+            text = (
+                f"{called} is called, and its PROC line names {named}: is this the text of another subprogram? write "
+                f"PROC {called} there, or call {named}"
+            )
+            executor.interpreter.recorder.note_once("VP023", text, self.calls.show(line), severity="warning")
         saved_modes = executor.modes.copy() if procedure.save else None
         kept_scope = copy_scope(scope) if repeats > 1 else {}
         frame = Frame(section, repeats, saved_modes, results=results, scope=kept_scope)
