@@ -134,8 +134,10 @@ def test_a_header_without_columns_is_one_finding(tmp_path: Path, run: Any) -> No
     readings = tmp_path / "readings.csv"
     names = "rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,tool_length_mm,x_mm,y_mm,z_mm"
     for text, told in (
-        ("t_s,line,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg\n", ("'t_s' and 'line' are", "x_mm, y_mm and z_mm are")),
+        ("q_s,line,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg\n", ("'q_s' and 'line' are", "x_mm, y_mm and z_mm are")),
         ("%\nO1\n", ("no file of readings: no column of",)),
+        ("t_s,x_mm,line\n0,1,2\n", ("this is a setpoint file, not a file of readings; verify and machined read it",)),
+        ("rho1_mm;x_mm\n1;2\n", ("the names in its first line have ; between them; write commas",)),
         (f"{names}\n" + "1,2\n" * 6, ("2 values; expected 9, as many as the header in line 1 names (lines 2 to 7, 6",)),
     ):
         readings.write_text(text, encoding="utf-8")

@@ -283,7 +283,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP032",
-        "program in another language",
+        "no program, or in another language",
         "error",
         "The text cannot be read. It is empty, or has words of another control or of another kind of file, or has "
         "almost no words of a program.",
@@ -552,7 +552,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
-        "slider travel",
+        "travel of a linear axis",
         "error",
         "A slider, or a linear axis of a serial machine, leaves its travel (overtravel).",
         "Move the part on the table (--wcs), or use another tilt.",
