@@ -302,11 +302,11 @@ class Flow:
             error.column = error.column or (None if error.line else call.column)
             raise
         executor.record_event(self.calls.show(line), "call", label=section.name)
-        called, named = section.name or call.name, procedure.name
-        if named and called.upper() not in (named.upper(), f"_N_{named}_SPF".upper()):
+        name, own_name = section.name or call.name, procedure.name
+        if own_name and name.upper() not in (own_name.upper(), f"_N_{own_name}_SPF".upper()):
             text = (
-                f"{called} is called, and its PROC line names {named}: is this the text of another subprogram? write "
-                f"PROC {called} there, or call {named}"
+                f"{name} is called, and its PROC line names {own_name}: is this the text of another subprogram? write "
+                f"PROC {name} there, or call {own_name}"
             )
             executor.interpreter.recorder.note_once("VP023", text, self.calls.show(line), severity="warning")
         saved_modes = executor.modes.copy() if procedure.save else None
