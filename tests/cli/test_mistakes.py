@@ -101,6 +101,19 @@ def test_what_is_wrong_in_a_set_up_has_its_line(
         assert all(line.startswith(place) for line in told)
 
 
+def test_a_set_up_is_named_for_its_own_program_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
+) -> None:
+    """The length of a tool table was told at the tool of the same number of another program."""
+    monkeypatch.chdir(tmp_path)
+    for name, tools in (("a.nc", "tools.1 = {length = 60}"), ("b.nc", 'tool_table = "b.tbl"')):
+        (tmp_path / name).write_text(GOOD.replace("G43", "M3 S900 G43"))
+        (tmp_path / f"{name}.toml").write_text(f"{tools}\n[wcs]\nG54 = [0, 0, 20]\n")
+    (tmp_path / "b.tbl").write_text("T1 P1 Z2400\n")
+    told = [line for line in run("check", "a.nc", "b.nc").out.splitlines() if "VP505" in line]
+    assert [line[:38] for line in told] == ["b.nc: VP505 warning: tool 1: a length "]
+
+
 def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable[..., Any]) -> None:
     """Q2OO for Q200 was told as a cycle without Q200."""
     cycle = "CYCL DEF 200 D Q2OO=2 Q201=-5 Q206=9 Q202=2 Q210=0 Q203=0 Q204=9"
@@ -114,7 +127,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
     ("words", "said"),
     [
         # 1: a wrong name
-        (("pp.nc", *PLACE), "pp.nc: no such file"),
+        (("pp.nc", *PLACE), "pp.nc: VP022 error: no such file"),
         # 2: no tool length for a program that asks for one
         (("p.nc",), "give --tool-table FILE, or give --tool-length MM"),
         # 3: the offset in another spelling
@@ -138,8 +151,8 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("report", "p.nc", "-o", "f.pdf"), "-o f.pdf: expected a name that ends in .html"),
         (("p.nc", "--against", "p.nc"), "No such option '--against'; verify and machined have it."),
         (("p.nc", "--simulate", "x"), "No such option '--simulate'; machine calibrate has it."),
-        (("convert", "."), ".: is a folder; check and batch take folders"),
-        (("p.nc", *PLACE[2:], "--tool-table", "p.nc"), "no other line is that of a tool either: is this a tool table?"),
+        (("convert", "."), ".: VP022 error: is a folder; check and batch take folders"),
+        (("p.nc", *PLACE[2:], "--tool-table", "p.nc"), "is that of a tool either: this is a program, not a"),
         (("setup", "t.tbl"), "t.tbl is no NC program: .tbl is a tool table"),
         (("setup", "p.nc", "-o", "t.tbl"), "t.tbl is there already, and is not the set-up that is read (none)"),
         (("--machine", "serial", "chek", "p.nc"), "chek: no such file, and no command; did you mean check?"),

@@ -191,6 +191,8 @@ def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
         ),
         ("tool_length = \u201190", "a non-breaking hyphen (U+2011), as copied from a mail or PDF; write a minus (-)\n"),
         ("split_at_stops = True", "True: write true\n"),
+        ("wcs.G54.1P1 = [0, 0, 1]", 'wcs.G54.1P1: a name with a point is in quotes; write "G54.1P1" = [X, Y, Z]'),
+        ("wcs.G54 = {x = 1, y = 2}", "wcs.G54: a place is a list of three numbers; write G54 = [X, Y, Z]"),
         ("tool_table = tools.tbl", 'tools.tbl: a text is in quotes; write "tools.tbl"\n'),
         (
             'tool_table = "tools.tbl\n',
@@ -670,7 +672,7 @@ def test_a_program_that_is_not_there_is_not_read(folder: Path, run: Callable[...
     batch = run("batch", "prt.nc", "part.nc", "-o", "out")
     assert batch.code == 2
     assert "1 not read" in batch.out
-    assert "prt.nc: no such file; did you mean part.nc?" in batch.out + batch.err
+    assert "prt.nc: VP022 error: no such file; did you mean part.nc?" in batch.out + batch.err
 
 
 def test_every_ending_of_a_language_is_looked_for_in_folders() -> None:

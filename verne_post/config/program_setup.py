@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 
 from msgspec import Meta, Struct, field
 
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.printable import quote_key
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, PartFile, name_fixture_files
@@ -180,11 +181,12 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
     if not named and not lies_in(path.parent, path):
         raise make_input_error("VP503", f"{name}: is a link that leads out of its folder; name it with --setup")
     try:
-        data = read_toml(read(path))
+        data = read_toml(raw := read(path))
     except (ValueError, RecursionError) as error:
-        raise make_input_error("VP503", f"{name}: {error}") from None
-    if data.keys() >= {"schema", "kind"}:
-        raise make_input_error("VP503", f"{name}: this is a machine file; give it with --machine, not as a set-up")
+        why = describe_kind(raw, "a set-up") or error
+        raise make_input_error("VP503", f"{name}: {why}") from None
+    if "schema" in data:
+        raise make_input_error("VP503", f"{name}: {describe_kind(raw, 'a set-up')}")
     return read_setup_table(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
 
 
@@ -216,9 +218,14 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     if isinstance(own.get("wcs"), dict):  # whatever is given for what is no work system
         sentences += [f"{place}wcs: {why}" for key in own["wcs"] if (why := _describe_wrong_system(key))]
         own["wcs"] = {key: value for key, value in own["wcs"].items() if not _describe_wrong_system(key)}
-        for key in [key for key, value in own["wcs"].items() if isinstance(value, dict)]:  # G54.1P1 without quotes
-            name = ".".join((key, *own["wcs"].pop(key)))
-            sentences.append(f'{place}wcs.{key}: a name with a point is in quotes; write "{name}" = [X, Y, Z]')
+        for key in [key for key, value in own["wcs"].items() if isinstance(value, dict)]:
+            inner = own["wcs"].pop(key)
+            if any(name[:1].isdigit() for name in inner):  # G54.1P1 without quotes
+                key = ".".join((key, *inner))
+                why = f'a name with a point is in quotes; write "{key}" = [X, Y, Z]'
+            else:
+                why = f"a place is a list of three numbers; write {key} = [X, Y, Z]"
+            sentences.append(f"{place}wcs.{key}: {why}")
     try:
         file = check_table(SetupFile, own, "a set-up", prefix)
     except WrongTableError as error:

@@ -211,8 +211,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "label, loop or subprogram without its partner",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be. As a warning: a "
-        "machining cycle of Klartext is defined and not called, or MCALL of a Siemens program ends nothing after a "
-        "cycle that was called at one place.",
+        "machining cycle of Klartext is defined and not called, MCALL of a Siemens program ends nothing after a cycle "
+        "that was called at one place, or the PROC line of a Siemens subprogram has another name than its call.",
         "Close blocks in reverse order, with the same label. Define a subroutine before the program calls it, "
         "or put its file beside the program or into a folder of --subroutine-path.",
     ),
@@ -283,7 +283,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP032",
-        "program in another language",
+        "no program, or in another language",
         "error",
         "The text cannot be read. It is empty, or has words of another control or of another kind of file, or has "
         "almost no words of a program.",
@@ -552,7 +552,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
-        "slider travel",
+        "travel of a linear axis",
         "error",
         "A slider, or a linear axis of a serial machine, leaves its travel (overtravel).",
         "Move the part on the table (--wcs), or use another tilt.",

@@ -302,6 +302,13 @@ class Flow:
             error.column = error.column or (None if error.line else call.column)
             raise
         executor.record_event(self.calls.show(line), "call", label=section.name)
+        name, own_name = section.name or call.name, procedure.name
+        if own_name and name.upper() not in (own_name.upper(), f"_N_{own_name}_SPF".upper()):
+            text = (
+                f"{name} is called, and its PROC line names {own_name}: is this the text of another subprogram? write "
+                f"PROC {name} there, or call {own_name}"
+            )
+            executor.interpreter.recorder.note_once("VP023", text, self.calls.show(line), severity="warning")
         saved_modes = executor.modes.copy() if procedure.save else None
         kept_scope = copy_scope(scope) if repeats > 1 else {}
         frame = Frame(section, repeats, saved_modes, results=results, scope=kept_scope)
