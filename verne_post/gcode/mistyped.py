@@ -138,6 +138,8 @@ _LONE_TURN: Final = "turn at a feed rate without TRAORI:"
 _ANGLE: Final = re.compile(rb"(?<![A-Z_$])[ABC][ \t]*=?[ \t]*[-+]?[0.]*[1-9]|(?<![A-Z_])TRAORI(?![A-Z])", re.IGNORECASE)
 _ROTARY_WORD: Final = re.compile(r"(?<![A-Z_#<])([AC])([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 _KEYS_OF_ROTARY: Final = {"A": "Z", "C": "X"}
+#: Slips of one line that are corrected.
+_MOST_SLIPS: Final = 20
 #: Errors of text that cannot be read.
 UNREADABLE: Final = ("VP001", "VP002")
 
@@ -189,6 +191,7 @@ def execute_as_meant(
 
     Returns its errors, with the columns of the line as it stands, and the line whose last error was raised and could
     not be corrected; None where it was executed. No line is tried twice: two words may each be taken for the other.
+    Nor is one of many slips tried for each of them.
     Before any error is looked at, ``give_up`` is called.
     """
     errors: list[ProgramError] = []
@@ -202,7 +205,7 @@ def execute_as_meant(
             give_up()
             errors.append(error)
             corrected_text = correct(text, error)
-            if corrected_text is None or corrected_text.upper() in earlier_texts:
+            if corrected_text is None or corrected_text.upper() in earlier_texts or len(errors) > _MOST_SLIPS:
                 rest = text
                 break
             text = corrected_text
@@ -321,7 +324,10 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         message = f"{item.message}; write N{match[2]} if a block number is meant"
         return replace(item, message=message, edits=(edit, *item.edits))
     is_unread = item.code in UNREADABLE or _is_value(text, item.column, item.code)
-    is_explained = any(one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD))
+    correction = find_correction(item.message)
+    is_explained = (correction is not None and " " in correction[1]) or any(
+        one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD)
+    )
     if is_unread and not is_explained:
         found = _find_number(text, item.column, dialect)
         if found is not None:

@@ -32,8 +32,9 @@ from verne_post.gcode.siemens.headers import find_meant_header
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
 from verne_post.gcode.siemens.milling import MODAL_MILLING
 from verne_post.gcode.siemens.program import Section, SiemensText, refuse_header, split_line
+from verne_post.gcode.siemens.slips import explain_moved_blank
 from verne_post.gcode.siemens.values import read_value, spell_value
-from verne_post.gcode.siemens.variables import refuse_leftover
+from verne_post.gcode.siemens.variables import TYPES, refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
 from verne_post.model.findings import Remedy
 
@@ -69,6 +70,7 @@ class Flow:
         self.library = Library(executor.setup, main)
         executor.words.is_subprogram = self.is_subprogram
         executor.words.list_subprograms = self.library.list_names
+        executor.words.is_label = lambda name: name in self.calls.text.labels
         self.calls = CallStack(main, main.main.first, Frame(main.main))
         self.has_ended = False
         self.repeats = Repeats(executor.setup.max_repeats)
@@ -385,6 +387,10 @@ class Flow:
     # --- definitions, messages ----------------------------------------------------------------------------------
 
     def _define(self, cursor: Cursor, line: int) -> None:
+        cursor.skip()
+        is_used = self.calls.text.has_name
+        if message := explain_moved_blank(cursor.text, cursor.at, TYPES, lambda _type, name: is_used(name)):
+            raise cursor.error("VP001", message)
         self.executor.variables.define(cursor)
         refuse_leftover(cursor)
 
