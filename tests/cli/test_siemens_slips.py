@@ -319,3 +319,48 @@ def test_many_slips_in_one_line_take_no_time(inspector: Inspector, tmp_path: Pat
     )
     assert time.process_time() - begin < 3.0
     assert [item.line for item in found.findings if item.severity == "error"] == [6]
+
+
+NUMBERED = """N10 G17 G54 G90 G94 G710
+N20 T1 D1 M6
+N30 S9000 M3
+N40 G0 A0 C0 X0 Y0 Z40
+N50 G1 Z6 F800
+N60 G3 X10 Y0 CR=5
+N70 G1 X-2 Y-8
+N80 IF R1>2 GOTOF NEXT
+N90 X5
+N100 NEXT:
+N110 Y6.5
+N120 TRAORI
+N130 X0 A3=0 B3=0 C3=1
+N140 TRAFOOF
+N150 M30
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said", "is_sure"),
+    [
+        ("N70 G1", "N70 G11", "G11 is not a code of this language; it has G1", False),  # and no arc of N60 behind it
+        ("A3=0", "A33=0", "a digit is there twice", True),
+        ("Y-8", "Y8-", "the sign stands behind its number", False),
+        ("N140 TRAFOOF", "NI40 TRAFOOF", "the letter I in a number", True),
+        ("N100 NEXT:", "N10 0NEXT:", "a blank and a digit have changed places", True),
+        ("Y6.5", "U6.5", "Y6.5 may be meant, whose key is beside", False),
+    ],
+)
+def test_a_slip_in_a_numbered_program_is_one_finding(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str, is_sure: bool
+) -> None:
+    assert NUMBERED.count(right) == 1
+    program = NUMBERED.replace("R1>2", "1>2")
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", program.replace(right, wrong), SETUP)
+    assert said in message
+    assert (program, is_sure) in [made_text[1:] for made_text in made.values()]
+
+
+def test_a_jump_does_not_end_at_a_longer_label(inspector: Inspector, tmp_path: Path) -> None:
+    text = NUMBERED.replace("NEXT:", "MYNEXT:").replace("R1>2", "1<2")
+    message, _marked, _made = look(inspector, tmp_path / "a.mpf", text, SETUP)
+    assert message == "GOTOF NEXT: there is no such label or block number after this line"

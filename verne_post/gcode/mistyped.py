@@ -271,10 +271,10 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         return _name_linear_axis(item, remove_remarks(text, dialect))
     if item.code == "VP002" and (function := explain_function(source, text, item)) is not None:
         return function
-    if dialect in _BLOCKS and text and (slip := explain_slip(source, text, item, dialect)) is not None:
-        if slip.edits:
-            return slip
-        item = slip
+    slip = explain_slip(source, text, item, dialect) if dialect in _BLOCKS and text else None
+    if slip is not None and slip.edits:
+        return slip
+    item = slip or item
     if item.line is None or item.column is None:
         return item
     if (paste := _find_pasted(text, item, dialect)) is not None:
@@ -325,9 +325,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         return replace(item, message=message, edits=(edit, *item.edits))
     is_unread = item.code in UNREADABLE or _is_value(text, item.column, item.code)
     correction = find_correction(item.message)
-    is_explained = (correction is not None and " " in correction[1]) or any(
-        one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD)
-    )
+    is_explained = slip is not None or (correction is not None and " " in correction[1])
+    is_explained |= any(one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD))
     if is_unread and not is_explained:
         found = _find_number(text, item.column, dialect)
         if found is not None:

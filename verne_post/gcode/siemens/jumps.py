@@ -137,6 +137,10 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
             if word != "GOTOB" and (bare.line or 0) > line:
                 flow.calls.line = (bare.line or 0) + 1
             raise bare
+        damaged_lines = [one for one in flow.calls.text.find_damaged_labels(target) if word != "GOTOB" or one < line]
+        if damaged_lines and (word != "GOTOF" or damaged_lines[-1] > line):
+            flow.calls.line = damaged_lines[-1]  # which says what is wrong
+            return
         begin = cursor.text.upper().rindex(word, 0, at)
         if message := flow.executor.words.explain_moved_blank(cursor.text, begin):
             raise cursor.error("VP001", message, begin)

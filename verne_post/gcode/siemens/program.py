@@ -252,6 +252,14 @@ class SiemensText(ProgramText):
         column = found[0].start(1) - found[0].start() + 1
         return ProgramError("VP001", f"{name}: a label ends with a colon; write {name}:", column, line, edits=edits)
 
+    def find_damaged_labels(self, name: str) -> list[int]:
+        """The lines of a label that stands behind what cannot be read, or has a blank in it."""
+        letters = rb"[ \t]*".join(re.escape(one.encode()) for one in name[:_LONGEST_NAME])
+        pattern = rb"^[ \t]*+N?[\w \t]{0,12}?%b[ \t]*:(?!=)" % letters
+        found = re.finditer(pattern, self.source, re.IGNORECASE | re.MULTILINE)
+        lines = (1 + self.source.count(b"\n", 0, one.start()) for one in found)
+        return [line for line in lines if split_line(self.read_line(line)).label is None]
+
     def find_misspelt_header(self, name: str) -> ProgramError | None:
         """The error of a line that would begin the subprogram of this name, such as %_NFACE_SPF; None without one.
 

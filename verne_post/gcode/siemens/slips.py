@@ -27,6 +27,8 @@ _AXIS_OR_FEED: Final = re.compile(r"[ \t]*(?:[XYZABCIJKFS]=?[-+]?[\d.]|$)", re.I
 _END_WITHOUT_M: Final = re.compile(r"(?:N\d+[ \t]+)?(30|0?2|17)[ \t]*", re.IGNORECASE)
 #: A number of a block, code, tool or edge with a sign.
 _SIGNED_COUNT: Final = re.compile(r"([GMNTDR])[-+](\d+)(?![\w.])", re.IGNORECASE)
+#: A number with its sign behind it.
+_SIGN_BEHIND: Final = re.compile(r"(?<![A-Za-z_$])([XYZABCIJK])(\d+\.?\d*|\.\d+)[-+](?:\s|$)", re.IGNORECASE)
 #: A number in which a small L stands for 1, as far as the L.
 _BEFORE_L: Final = re.compile(r"(?<![A-Za-z_])[A-Za-z]\w*=?[-+]?[\d.]+$")
 #: A G function and an address that no blank divides, and a variable and a word.
@@ -104,6 +106,13 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         what = "the = stands before the sign" if vector[3] else "an = is missing"
         meaning = f"{what}; did you mean {vector[1]}={vector[2]}{vector[4]}?"
         return cursor.error("VP001", f"{vector[0]}: {meaning}", vector.start())
+    sign_behind = _SIGN_BEHIND.search(text[: at + 2]) if rest[0] in "+-" else None
+    if sign_behind is not None:
+        right = f"{sign_behind[1]}{rest[0]}{sign_behind[2]}"
+        written_text = sign_behind[0].rstrip()
+        edits = (Remedy(f"write {right}", right, misspelt=written_text, is_choice=True),)
+        message = f"{written_text}: the sign stands behind its number; {right}{MAY_BE_MEANT}"
+        return cursor.error("VP001", message, sign_behind.start(), edits)
     if rest[0] in "+-" and (signed_number := NUMBER.match(text, at + 1)) is not None:
         return cursor.error("VP001", f"{rest[0]}{signed_number[0]}: the letter before this number is missing", at)
     if number is None:

@@ -9,9 +9,12 @@ from msgspec import Struct, field
 from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import (
     LETTERS_OF_FUNCTIONS,
+    drop_doubles,
     find_correction,
     find_meant,
+    list_near_numbers,
     name_near_numbers,
+    name_numbers,
     suggest,
 )
 from verne_post.gcode.codes import REMAP_GIVES
@@ -262,6 +265,9 @@ class WordReader:
                 near = suggest(name, *({*scope} for scope in reversed(self.variables.scopes)), ADDRESSES)
                 text = f"{name}: not defined (DEF), and no address of this language{near}"
                 raise cursor.error("VP002", text, at)
+            for near in drop_doubles(name, "0-9"):
+                if near in ADDRESSES:
+                    raise cursor.error("VP001", f"{name}: a digit is there twice; did you mean {near}?", at)
             raise self._make_unknown_error(name, cursor, at)
         self._add(words, self._read_address(name, cursor, at), cursor, at)
 
@@ -344,9 +350,11 @@ class WordReader:
             return
         group = GROUP_OF.get(name)
         if group is None:
-            near = name_near_numbers(name[1:], _COMMON_CODES, "G")
+            near = list_near_numbers(name[1:], _COMMON_CODES)
             text = f"{name} is not a code of this language"
-            raise cursor.error("VP002", f"{text}; it has {near}" if near else text, at)
+            text += f"; it has {name_numbers(near, 'G')}" if near else ""
+            edits = tuple(Remedy(f"write G{one}", f"G{one}", way="marked", is_choice=True) for one in near)
+            raise cursor.error("VP002", text, at, edits)
         if group in words.groups:
             raise cursor.error("VP003", f"{words.groups[group][0]} and {name} are of one group ({group})", at)
         words.groups[group] = (name, at + 1)
