@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import NEVER, SETUP, check, inspector
+from tests.cli.test_quick_fixes import NEVER, SETUP, check, inspector, look
 from verne_post.cli.lsp.fixes import find_fixes
 from verne_post.cli.lsp.inspector import Inspector
 from verne_post.cli.lsp.outline import Outline
@@ -252,3 +252,51 @@ def test_a_variable_is_found_from_its_sign(column: int) -> None:
     found = Outline(lines, "rs274", b"", "a.ngc").find_assignment(1, column)
     assert found is not None
     assert found.line == 0
+
+
+LOOP = """o100 sub
+#<depth> = #1
+G1 Z#<depth> F250
+o100 endsub
+G21 G90 G94 G17 G54
+G0 X0 Y0 Z60 A0 C0
+M3 S1000
+#101 = 0
+o110 while [#101 LT 3]
+#101 = [#101 + 1]
+o100 call [2.5]
+G0 Z30
+o110 endwhile
+G1 X40.5 F600
+X5
+Y12
+M2
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said", "is_sure"),
+    [
+        ("X5\n", "XT\n", "the letter T in a number; X5 may be meant", False),
+        ("Y12", "Y1W", "the letter W in a number; Y12 may be meant", False),
+        ("Z30", "ZE0", "the letter E in a number; Z30 may be meant", False),
+        ("G0 Z30", "G9 Z30", "such as G0", False),
+        ("LT 3", "FT 3", "FT: no operator; GT or LT may be meant", False),
+        ("Z#<depth>", "#Z<depth>", "the # before its letter; did you mean Z#<depth>?", True),
+        ("o100 endsub", "oo100 endsub", "the letter is there twice; did you mean o100?", True),
+        ("o100 sub", "oQ00 sub", "a letter in a number; did you mean o100?", True),
+        ("[2.5]", "[2.]5", "the ] is too far left; did you mean [2.5]?", True),
+    ],
+)
+def test_a_slip_is_one_finding_of_which_an_edit_gives_the_program_back(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str, is_sure: bool
+) -> None:
+    assert LOOP.count(right) == 1
+    message, _marked, made = look(inspector, tmp_path / "a.ngc", LOOP.replace(right, wrong), SETUP)
+    assert said in message
+    assert (LOOP, is_sure) in [made_text[1:] for made_text in made.values()]
+
+
+def test_an_arc_without_a_centre_is_one_finding_with_the_places_behind_it(inspector: Inspector, tmp_path: Path) -> None:
+    message, _marked, _made = look(inspector, tmp_path / "a.ngc", LOOP.replace("X5", "G2 X5"), SETUP)
+    assert message.startswith("an arc needs its centre")

@@ -142,6 +142,8 @@ _LONE_TURN: Final = "turn at a feed rate without TRAORI:"
 _ANGLE: Final = re.compile(rb"(?<![A-Z_$])[ABC][ \t]*=?[ \t]*[-+]?[0.]*[1-9]|(?<![A-Z_])TRAORI(?![A-Z])", re.IGNORECASE)
 _ROTARY_WORD: Final = re.compile(r"(?<![A-Z_#<])([AC])([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 _KEYS_OF_ROTARY: Final = {"A": "Z", "C": "X"}
+#: Slips of one line that are corrected.
+_MOST_SLIPS: Final = 20
 #: Errors of text that cannot be read.
 UNREADABLE: Final = ("VP001", "VP002")
 
@@ -193,6 +195,7 @@ def execute_as_meant(
 
     Returns its errors, with the columns of the line as it stands, and the line whose last error was raised and could
     not be corrected; None where it was executed. No line is tried twice: two words may each be taken for the other.
+    Nor is one of many slips tried for each of them.
     Before any error is looked at, ``give_up`` is called.
     """
     errors: list[ProgramError] = []
@@ -206,7 +209,7 @@ def execute_as_meant(
             give_up()
             errors.append(error)
             corrected_text = correct(text, error)
-            if corrected_text is None or corrected_text.upper() in earlier_texts:
+            if corrected_text is None or corrected_text.upper() in earlier_texts or len(errors) > _MOST_SLIPS:
                 rest = text
                 break
             text = corrected_text
@@ -291,10 +294,10 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         return _name_linear_axis(item, remove_remarks(text, dialect))
     if item.code == "VP002" and (function := explain_function(source, text, item)) is not None:
         return function
-    if dialect in _BLOCKS and text and (slip := explain_slip(source, text, item, dialect)) is not None:
-        if slip.edits:
-            return slip
-        item = slip
+    slip = explain_slip(source, text, item, dialect) if dialect in _BLOCKS and text else None
+    if slip is not None and slip.edits:
+        return slip
+    item = slip or item
     if item.line is None or item.column is None:
         return item
     if item.code == "VP001" and dialect in _BLOCKS and (slip := _name_slip_of_mark(source, item, text)) is not None:
@@ -346,7 +349,9 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         message = f"{item.message}; write N{match[2]} if a block number is meant"
         return replace(item, message=message, edits=(edit, *item.edits))
     is_unread = item.code in UNREADABLE or _is_value(text, item.column, item.code)
-    is_explained = any(one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD))
+    correction = find_correction(item.message)
+    is_explained = slip is not None or (correction is not None and " " in correction[1])
+    is_explained |= any(one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD))
     if is_unread and not is_explained:
         found = _find_number(text, item.column, dialect)
         if found is not None:

@@ -14,10 +14,10 @@ from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import (
     Machining,
-    explain_bare_arc,
     explain_inverse_time,
     explain_no_feed,
     name_word,
+    refuse_bare_arc,
 )
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import advise_length, find_tool_key, report_unloaded, stands_in, suggest_call
@@ -433,9 +433,8 @@ class MotionCodes:
                 is_scaled=self.modes.maps is not NO_MAPS,
             )
         else:
-            since = explain_bare_arc(self.core, f"G{motion // 10}", block.line)
             text = f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}"
-            raise ProgramError("VP005", f"{since}{text}")
+            raise refuse_bare_arc(self.core, f"G{motion // 10}", block.line, text)
         self.draw_arc(block, start, end, arc, self.values.list_named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
