@@ -344,7 +344,7 @@ N150 M30
     [
         ("N70 G1", "N70 G11", "G11 is not a code of this language; it has G1", False),  # and no arc of N60 behind it
         ("A3=0", "A33=0", "a digit is there twice", True),
-        ("Y-8", "Y8-", "the sign stands behind its number", False),
+        ("Y-8", "Y8-", "the sign stands after its number", False),
         ("N140 TRAFOOF", "NI40 TRAFOOF", "the letter I in a number", True),
         ("N100 NEXT:", "N10 0NEXT:", "a blank and a digit have changed places", True),
         ("Y6.5", "U6.5", "Y6.5 may be meant, whose key is beside", False),

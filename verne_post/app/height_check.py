@@ -31,7 +31,7 @@ def check_heights(moves: Moves) -> Iterator[Finding]:
     lowest = np.full(int(system.max()) + 1, np.inf)
     beside = (np.abs(end - start)[:, :2] > 0.0).any(axis=1)
     depths = np.where(follows & (beside | (end[:, 2] < start[:, 2])), np.minimum(start[:, 2], end[:, 2]), end[:, 2])
-    np.minimum.at(lowest, system[cuts], _dip(moves, depths)[cuts])
+    np.minimum.at(lowest, system[cuts], _lower_arcs(moves, depths)[cuts])
     lengths = np.array([frame.tool_length for frame in moves.frames])[moves.frame]
     is_called = np.append(False, (np.diff(tools) != 0) | (np.diff(lengths) != 0))  # as in G43 Z50 H1
     deep = (moves.kind == MoveKind.RAPID) & ~moves.find_in_machine()
@@ -48,7 +48,7 @@ def check_heights(moves: Moves) -> Iterator[Finding]:
         yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
 
 
-def _dip(moves: Moves, depths: Array) -> Array:
+def _lower_arcs(moves: Moves, depths: Array) -> Array:
     """The depths (n,) of moves, those of arcs outside the XY plane at the lowest point of their circles."""
     at = np.flatnonzero(moves.arc >= 0)
     at = at[moves.arcs.plane[moves.arc[at]] != 0]

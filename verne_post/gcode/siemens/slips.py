@@ -111,7 +111,7 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         right = f"{sign_behind[1]}{rest[0]}{sign_behind[2]}"
         written_text = sign_behind[0].rstrip()
         edits = (Remedy(f"write {right}", right, misspelt=written_text, is_choice=True),)
-        message = f"{written_text}: the sign stands behind its number; {right}{MAY_BE_MEANT}"
+        message = f"{written_text}: the sign stands after its number; {right}{MAY_BE_MEANT}"
         return cursor.error("VP001", message, sign_behind.start(), edits)
     if rest[0] in "+-" and (signed_number := NUMBER.match(text, at + 1)) is not None:
         return cursor.error("VP001", f"{rest[0]}{signed_number[0]}: the letter before this number is missing", at)
