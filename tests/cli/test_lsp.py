@@ -1619,6 +1619,33 @@ def test_a_legal_program_is_planned_once_with_the_same_set_up(tmp_path: Path, mo
     assert check().made is not first
 
 
+def test_motion_that_an_edit_leaves_as_it_is_is_planned_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines and remarks are not of the motion; feed rates, dwells, and what the set-up says of the execution are."""
+    from verne_post.cli.lsp.inspector import Inspector
+
+    path = make_program(tmp_path, LEGAL, setup=None)
+    given: dict[str, Any] = dict.fromkeys(("select", "ignore", "baseline", "settings"))
+    given |= {"severity": (), "subroutine_path": (), "machine_name": "verne"}
+    monkeypatch.chdir(tmp_path)
+    text = LEGAL.replace("G1 A60", "G4 P0.5\nG1 X5\nX5 Y5\nG1 A60")
+
+    def plan(inspector: Inspector, source: str = text, setup: str = SETUP) -> Any:
+        found = inspector.check(path, {path: source, Path(f"{path}.toml"): setup}, threading.Event())
+        assert found.made.plan is not None, found.findings
+        return found.made.plan
+
+    kept, remarked = Inspector(given), f"(groove)\n{text}"
+    first, again, alone = plan(kept), plan(kept, remarked), plan(Inspector(given), remarked)
+    assert again.profiles is first.profiles
+    assert again.profiles.continuous_s.tobytes() == alone.profiles.continuous_s.tobytes()
+    assert again.timeline.first_row.tolist() == alone.timeline.first_row.tolist()
+    assert again.timeline.line.tolist() == alone.timeline.line.tolist() != first.timeline.line.tolist()
+    for old, new in (("F2000", "F1999"), ("P0.5", "P0.6"), ("X5 Y5", "X5 Y6")):
+        assert plan(kept, text.replace(old, new)).profiles is not plan(kept).profiles
+    for option in ("override = 0.5", "slow_start = 9", "cycle = 0.002", "quality = true", "air = 5"):
+        assert plan(kept, text, f"{option}\n{SETUP}").profiles is not plan(kept).profiles
+
+
 def test_what_is_no_message_is_logged_in_one_line_and_the_next_one_is_answered(client: Client, tmp_path: Path) -> None:
     uri = client.open(make_program(tmp_path, LEGAL))
     client.write(b"Content-Length: 5\r\n\r\n{bad}")

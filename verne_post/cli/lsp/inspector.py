@@ -271,11 +271,12 @@ class Inspector:
         only_cause: bool,
         tell: Tell | None,
     ) -> Inspection:
-        """What a program comes to; that of the last legal ones is known."""
+        """What a program comes to; that of the last legal ones is known, and how their motion is planned."""
         for *known, made in self._legal:
             if known[1] is machine and known[0] == source and known[2] == options:
                 return made
-        made = check_and_keep(source, machine, options, report, only_cause=only_cause, tell=tell)
+        planned = [made.plan for *_known, made in self._legal if made.plan is not None]
+        made = check_and_keep(source, machine, options, report, only_cause=only_cause, tell=tell, planned=planned)
         if made.plan is not None and isinstance(source, bytes):  # a long text is no bytes
             self._legal = [(source, machine, options, made), *self._legal[: KEPT - 1]]
         return made
