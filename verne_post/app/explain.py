@@ -177,7 +177,11 @@ def _list_words(source: Text, line: int, text: str, dialect: str, machine: Machi
     """The words of a line, each with what it does on a machine."""
     is_continued = _find_begin(source, line, dialect) < line
     words = find_words(text, dialect, is_continued=is_continued)
-    return [f"  {word.name:<20} {name_axes(word.text, machine.rotary_letters)}" for word in words]
+    written_words = [" ".join(text[word.begin : word.end].upper().split()) for word in words]
+    return [
+        f"  {written:<20} {name_axes(word.text, machine.rotary_letters)}"
+        for written, word in zip(written_words, words, strict=True)
+    ]
 
 
 def _find_begin(source: Text, line: int, dialect: str) -> int:

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 from verne_post.base.printable import join_names
 from verne_post.base.program_lines import find_machine_code, remove_remarks
 from verne_post.gcode.apt import words as apt
-from verne_post.gcode.block import KEYWORDS
+from verne_post.gcode.block import KEYWORDS, raise_case
 from verne_post.gcode.codes import RS274, describe_remap
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.klartext.words import WORD as WORD_OF_KLARTEXT
@@ -20,7 +20,6 @@ from verne_post.gcode.known_words import (
     LANGUAGES,
     PAGES,
     VALUE_OF_CALL,
-    KnownWord,
     describe_place,
     list_meanings,
     list_parameters,
@@ -93,10 +92,14 @@ def _list_texts(dialect: str) -> Mapping[str, str]:
     return {name: texts[0] for name, texts in list_meanings(dialect).items()}
 
 
-class _Word(NamedTuple):
+class Word(NamedTuple):
+    """A word of a line: where it begins and ends, its name, what it does, and where its value begins, if it has one."""
+
     begin: int
     end: int
+    name: str  #: As tables have it: G1 for G01.
     text: str
+    value_begin: int | None = None
 
 
 class _Reader:
@@ -104,10 +107,11 @@ class _Reader:
 
     def __init__(self, line: str, dialect: str) -> None:
         self.dialect, self.language = dialect, LANGUAGES[dialect]
-        self.code = line.upper().rstrip()
-        self.at, self.words = 0, list[_Word]()
+        self.code = raise_case(line).rstrip()
+        self.at, self.words = 0, list[Word]()
         self.texts = _list_texts(dialect)
         self.codes = list[str]()  #: Those of the line, beside which its letters may mean something else.
+        self.statement: str | None = None  #: Of Klartext, once its own words have been read.
         self.told_names = set[str]()  #: Variables, functions and operators that need not be told again.
         self.is_doubtful = False  #: A name of the program's own is assumed, which other languages do not need.
         self._pass_blanks()
@@ -128,8 +132,8 @@ class _Reader:
         self._pass_blanks()
         return match
 
-    def add(self, match: re.Match[str], text: str, group: str | int = 0) -> None:
-        self.words.append(_Word(*match.span(group), text))
+    def add(self, match: re.Match[str], text: str, group: str | int = 0, name: str = "") -> None:
+        self.words.append(Word(*match.span(group), name or " ".join(match[group].split()), text))
 
     def take_word(self, pattern: str, text: str) -> bool:
         """Whether that stands here; it is told then."""
@@ -152,7 +156,7 @@ class _Reader:
             if match is not None and (name := " ".join(match[0].split())) in names:
                 self.at = match.end()
                 self._pass_blanks()
-                self.add(match, names[name])
+                self.add(match, names[name], name=name)
                 return True
         return False
 
@@ -164,7 +168,7 @@ class _Reader:
         if not text and name[0] == "G":
             raise self.refuse("a G code that it has", match.start())
         self.codes.append(name)
-        self.add(match, text or f"not known, and refused (VP002); {describe_remap(name)}")
+        self.add(match, text or f"not known, and refused (VP002); {describe_remap(name)}", name=name)
 
     def name_parts(self, begin: int, end: int) -> None:
         """The variables, functions and operators of an expression; raises :class:`UnreadWord` for what is none."""
@@ -214,7 +218,8 @@ class _Reader:
         elif name in "PQLEKR" and (code := self._find_taking_code(name)) and (name != "R" or code[0] == "M"):
             text = f"a value of {code}"
         is_known = is_number or mode or not re.search(r"[A-Z#$]", value)
-        self.add(match, text if is_known else f"{text}{_OF_COMPUTED_VALUE}")
+        shown_text = text if is_known else f"{text}{_OF_COMPUTED_VALUE}"
+        self.words.append(Word(*match.span(), name, shown_text, match.end() - len(value)))
         if not is_number:
             self.name_parts(match.end() - len(value), match.end())
 
@@ -285,7 +290,7 @@ def describe_pasted(line: str) -> list[str]:
     return lines
 
 
-def find_words(line: str, dialect: str, *, is_continued: bool = False) -> list[KnownWord]:
+def find_words(line: str, dialect: str, *, is_continued: bool = False) -> list[Word]:
     """The words of a line of a program, without remarks, and what each does; what is not read is left out.
 
     ``is_continued``: the line goes on with a cycle of Klartext that an earlier one begins.
@@ -300,14 +305,9 @@ def find_words(line: str, dialect: str, *, is_continued: bool = False) -> list[K
             if reader.at < stop.column:  # else the word has been passed
                 reader.at = stop.column - 1
                 reader.take(_UNREAD)
-            if dialect == "heidenhain" and reader.codes:  # the statement has been read
-                read = partial(_read_klartext_words, statement=reader.codes[-2])
-    return [
-        KnownWord(
-            *word[:2], " ".join(reader.code[word.begin : word.end].split()), word.text.removesuffix(_OF_COMPUTED_VALUE)
-        )
-        for word in sorted(reader.words)
-    ]
+            if dialect == "heidenhain" and reader.statement is not None:
+                read = partial(_read_klartext_words, statement=reader.statement)
+    return [word._replace(text=word.text.removesuffix(_OF_COMPUTED_VALUE)) for word in sorted(reader.words)]
 
 
 # --- RS274/NGC and Fanuc -------------------------------------------------------------------------
@@ -441,7 +441,7 @@ def _read_call(r: _Reader, match: re.Match[str]) -> None:
     for own, value in zip(names, VALUE_OF_CALL.finditer(r.code, match.start(2) + 1), strict=False):
         if value[1].strip():
             meaning = siemens.CYCLE_VALUES.get(own, "")
-            r.words.append(_Word(*value.span(1), f"{own} of {name}{': ' * bool(meaning)}{meaning}"))
+            r.add(value, f"{own} of {name}{': ' * bool(meaning)}{meaning}", 1)
         if value[2] != ",":
             return
     if r.code[match.start(2) + 1 : match.end(2) - 1].count(",") >= len(names):
@@ -543,6 +543,7 @@ def _read_klartext(r: _Reader) -> None:
         _read_cycle(r)
     elif re.fullmatch(r"Q[LRS]?", name):
         _read_formula(r, match)
+    r.statement = name
     r.codes += [name, " ".join(name.split()[:2])]
     _read_klartext_words(r, name)
 
@@ -585,7 +586,7 @@ def _read_fn(r: _Reader) -> None:
     if match is None or name not in r.texts:
         raise r.refuse("the number of a function of FN, and a colon")
     begin = r.code.rindex("FN", 0, match.start())
-    r.words.append(_Word(begin, match.end(1), r.texts[name]))
+    r.words.append(Word(begin, match.end(1), name, r.texts[name]))
     if int(match[1]) > 13:
         r.take_word(r"[^;]+", "what it is about")
         return
@@ -602,7 +603,7 @@ def _read_formula(r: _Reader, keyword: re.Match[str]) -> None:
     name = f"{keyword[0]}{match[1]}"
     of_cycles = klartext.describe_parameter(int(match[1])) if keyword[0] == "Q" else ""
     text = f"sets {name}: {r.describe_variable(name)}{f'; in cycles: {of_cycles}' * bool(of_cycles)}"
-    r.words.append(_Word(keyword.start(), match.end(1), text))
+    r.words.append(Word(keyword.start(), match.end(1), name, text))
     while not r.is_at_end and r.code[r.at] not in ";~":
         if variable := r.take(r"Q[LRS]?\d+"):
             r.add(variable, r.describe_variable(variable[0]))
@@ -616,7 +617,7 @@ def _read_cycle(r: _Reader) -> None:
     if match is None or name not in r.texts:
         raise r.refuse("the number of a cycle that it has")
     begin = r.code.rindex("CYCL", 0, match.start())
-    r.words.append(_Word(begin, match.end(), r.texts[name]))
+    r.words.append(Word(begin, match.end(), name, r.texts[name]))
     r.codes.append(name)
     if not re.compile(r"(?:ROT|SCL|F|V\.?ZEIT|DWELL)[ \t]*[-+\d]|[TPR]?I?[A-Z]?[ \t]*[-+\d#]|Q\d").match(r.code, r.at):
         r.take_word(
