@@ -2338,8 +2338,12 @@ def test_hover_tells_operators_loops_and_types(
         ),
         (
             "a.mpf",
-            "G71 G90\nDEF REAL DEPTH=5\nCYCLE81(150,120,3,DEPTH\nM30\n",
-            {"120": "**120**: RFP of CYCLE81: reference plane", "DEPTH\nM": "**DEPTH**: DP of CYCLE81: final depth"},
+            'G71 G90\nDEF REAL DEPTH=5\nCYCLE81(150,120,3,DEPTH\nMSG("A; B") M8\nM30\n',
+            {
+                "M8": "**M8**: flood coolant on",
+                "120": "**120**: RFP of CYCLE81: reference plane",
+                "DEPTH\nM": "**DEPTH**: DP of CYCLE81: final depth",
+            },
         ),
         (
             "a.nc",
@@ -2349,7 +2353,7 @@ def test_hover_tells_operators_loops_and_types(
         (
             "a.cls",
             "PARTNO/A\nUNITS/MM\nFEDRAT/500,MMPM\nGOTO/0,0,200\nFINI\n",
-            {"500": "**500**: feed rate", "MMPM": "**MMPM**: the feed rate is in mm/min", "0,0": "**0,0,200**: x, y, z"},
+            {"500": "**500**: feed rate", "MMPM": "**MMPM**: the feed rate is in mm/min", "0,0": "**0,0,200**: x, y"},
         ),
     ],
 )

@@ -73,6 +73,8 @@ _MARKS: Final = {
     **dict.fromkeys(("DO", "WHILE", "REPEAT", "BREAK", "CONTINUE"), "mark of a loop"),
     **dict.fromkeys(("IF", "ELSEIF", "ELSE"), "mark of a branch"),
 }
+#: Name of a value that the call of an O word gives.
+ARGUMENT: Final = "argument"
 _OF_SUBPROGRAM: Final = "number or name of the subprogram"
 #: Columns of a card that are read.
 _CARD_COLUMNS: Final = 72
@@ -377,11 +379,14 @@ def _read_macro(r: _Reader) -> None:
             r.words.append(Word(*match.span(), "mark" if keyword else "O", text, match[0][1:].strip()))
             if keyword is not None:
                 r.add(keyword, OF_EXPRESSIONS[r.language][keyword[0]])
+                text = "condition" if keyword[0] in ("IF", "ELSEIF", "WHILE") else f"value of {keyword[0].lower()}"
+                number = 0
                 while value := r.take(_BRACKET):
-                    r.add(
-                        value,
-                        "condition" if keyword[0] in ("IF", "ELSEIF", "WHILE") else f"value of {keyword[0].lower()}",
-                    )
+                    number += 1
+                    if keyword[0] == "CALL":
+                        r.add(value, f"becomes #{number} of {match[0].strip().lower()}", name=ARGUMENT)
+                    else:
+                        r.add(value, text)
                     r.name_parts(*value.span())
         elif match := r.take(rf"({_MACRO_VARIABLE})[ \t]*=[ \t]*"):
             name = match[1]

@@ -37,7 +37,7 @@ from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import describe_values, name_axes
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.pasted_line import find_given_values, find_words
+from verne_post.gcode.pasted_line import ARGUMENT, find_given_values, find_words
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
@@ -53,7 +53,6 @@ _O_OF_FLOW: Final = re.compile(
     r"(DO|(?:END)?WHILE|(?:END)?REPEAT|BREAK|CONTINUE|(?:ELSE|END)?IF|ELSE)\b",
     re.IGNORECASE,
 )
-_O_CALL: Final = re.compile(r"[ \t/]*(?:N\d+[ \t]*)?(O[ \t]*(?:<[^<>]+>|\d+))[ \t]*CALL\b", re.IGNORECASE)
 _CALL: Final = re.compile(r"([A-Za-z_]\w*)[ \t]*\(([^()]*)\)")
 #: What ends a check: something is wrong in a file, or with what the server was started with.
 _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
@@ -385,7 +384,8 @@ class Inspector:
                 about += f"; {reached}"
             said.append(f"**{text[address.begin : address.end]}**: {about}{passes}")
         argument = self._describe_argument(found, line, column) if dialect == "siemens" else ""
-        argument = _describe_bracket(text, column) if dialect == "rs274" else argument
+        for word in (one for one in here if one.name == ARGUMENT):
+            argument = f"**{text[word.begin : word.end]}**: {word.text}"
         if not said and not (argument and here[1:] == []):
             given = find_given_values(lines, line, dialect)
             values = [f"- {one}" for word in here for one in describe_values(word.name, dialect, given)]
@@ -457,20 +457,6 @@ class Inspector:
             return find_state_if_executed(found.source, program, line)
         except InputError:
             return None
-
-
-def _describe_bracket(text: str, column: int) -> str:
-    """Which parameter of its subprogram a value of a call by an O word becomes; empty elsewhere."""
-    call, depth, number, begin = _O_CALL.match(remove_remarks(text)), 0, 0, 0
-    for at in range(call.end() if call else len(text), len(text)):
-        if text[at] == "[":
-            begin, number = (at, number + 1) if not depth else (begin, number)
-            depth += 1
-        elif text[at] == "]":
-            depth -= 1
-            if not depth and call is not None and begin <= column <= at:
-                return f"**{text[begin : at + 1]}**: becomes #{number} of {call[1]}"
-    return ""
 
 
 def _look_at(found: Inspected, line: int) -> Line | None:
