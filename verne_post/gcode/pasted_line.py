@@ -6,6 +6,7 @@ A value that is computed is not known here: only the program, and the place of t
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from verne_post.base.printable import join_names
@@ -121,11 +122,11 @@ class Word(NamedTuple):
 class _Reader:
     """A line in one language: the place up to which it is read, and its words."""
 
-    def __init__(self, line: str, dialect: str) -> None:
+    def __init__(self, line: str, dialect: str, remap: Mapping[str, str] = MappingProxyType({})) -> None:
         self.dialect, self.language = dialect, LANGUAGES[dialect]
         self.code = raise_case(line).rstrip()
         self.at, self.words = 0, list[Word]()
-        self.texts = _list_texts(dialect)
+        self.texts = {**_list_texts(dialect), **{code: f'"{meaning}", says [remap]' for code, meaning in remap.items()}}
         self.statement: str | None = None  #: Of Klartext, once its own words have been read.
         self.told_names = set[str]()  #: Variables, functions and operators that need not be told again.
         self.is_doubtful = False  #: A name of the program's own is assumed, which other languages do not need.
@@ -319,12 +320,15 @@ def describe_pasted(line: str) -> list[str]:
     return lines
 
 
-def find_words(line: str, dialect: str, *, is_continued: bool = False) -> list[Word]:
+def find_words(
+    line: str, dialect: str, *, is_continued: bool = False, remap: Mapping[str, str] = MappingProxyType({})
+) -> list[Word]:
     """The words of a line of a program, without remarks, and what each does; what is not read is left out.
 
-    ``is_continued``: the line goes on with a cycle of Klartext that an earlier one begins.
+    ``is_continued``: the line goes on with a cycle of Klartext that an earlier one begins. ``remap`` are codes that a
+    set-up gives a meaning.
     """
-    reader, read = _Reader(remove_remarks(line, dialect), dialect), _READERS[dialect]
+    reader, read = _Reader(remove_remarks(line, dialect), dialect, remap), _READERS[dialect]
     if is_continued:
         read = _read_klartext_words
     while not reader.is_at_end:

@@ -355,7 +355,8 @@ class Inspector:
         dialect = self.find_dialect(found.path, found.text) if found.options is None else found.options.dialect
         dialect = choose_dialect_name(dialect, found.text.encode(), found.path.name)
         is_continued = dialect == "heidenhain" and line > 1 and lines[line - 2].rstrip().endswith("~")
-        words = find_words(text, dialect, is_continued=is_continued)
+        remap = {} if found.options is None else found.options.remap
+        words = find_words(text, dialect, is_continued=is_continued, remap=remap)
         here = [one for one in words if one.begin <= column < one.end]
         address = next((one for one in here if one.value), None)
         shown = _look_at(found, line)
