@@ -86,6 +86,7 @@ _IS_KNOWN: Final = re.compile(rf"{_IS_NUMBER.pattern}|{_MODE.pattern}")
 #: A value of a call, with what ends it; what stands between its name and the cycle.
 _VALUE_OF_CALL: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
 _OF: Final = " of "
+_MAY_HAVE_VALUES: Final = re.compile(r"\(|\bCYCL[ \t]+DEF\b", re.IGNORECASE)
 
 
 #: What is passed as one word where it is not read.
@@ -345,7 +346,8 @@ def find_words(
 
 def find_cycle_call(line: str, dialect: str) -> Word | None:
     """The first call or definition of a cycle that has values in a line."""
-    return next((word for word in find_words(line, dialect) if describe_values(word.name, dialect)), None)
+    words = find_words(line, dialect) if _MAY_HAVE_VALUES.search(line) else []  # programs of many lines are searched
+    return next((word for word in words if describe_values(word.name, dialect)), None)
 
 
 def find_given_values(lines: Sequence[str], number: int, dialect: str) -> dict[str, GivenValue]:
@@ -616,13 +618,18 @@ def _read_klartext_words(r: _Reader, statement: str = "CYCL DEF") -> None:
         _read_klartext_word(r, statement)
 
 
+@cache
+def _list_statements() -> list[str]:
+    """The keywords of statements, the longest first."""
+    firsts = {name.split()[0] for name in klartext.STATEMENTS if " " in name} | {"PLANE", "FUNCTION", "TRANS"}
+    phrases = {name for name in _list_texts("heidenhain") if " " in name and name.split()[0] in firsts}
+    phrases = {name for name in phrases if not re.fullmatch(r"CYCL DEF \d+", name)}
+    return sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
+
+
 def _take_statement(r: _Reader) -> re.Match[str] | None:
     """The keyword of a statement, which is told; M, F, S and compensation are words, and stay."""
-    firsts = {name.split()[0] for name in klartext.STATEMENTS if " " in name} | {"PLANE", "FUNCTION", "TRANS"}
-    phrases = {name for name in r.texts if " " in name and name.split()[0] in firsts}
-    phrases = {name for name in phrases if not re.fullmatch(r"CYCL DEF \d+", name)}
-    names = sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
-    for name in names:
+    for name in _list_statements():
         pattern = r"[ \t]+".join(map(re.escape, name.split()))
         if name in ("M", "F", "S", "R0", "RL", "RR"):
             if re.compile(rf"{name}[ \t]*[\d.,QMAU]" if len(name) == 1 else rf"{name}(?!\w)").match(r.code, r.at):
