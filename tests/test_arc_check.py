@@ -1,4 +1,4 @@
-"""VP056: an arc of more than half a turn where one of the other sense or sign would continue its neighbours."""
+"""VP056: an arc of half a turn or more where one of the other sense or sign would continue its neighbours."""
 
 from pathlib import Path
 
@@ -33,6 +33,7 @@ def list_doubts(machine, dialect, text, diameter=4.0):
 @pytest.mark.parametrize(("dialect", "wrong", "right", "said"), [
     ("rs274", "X10\nG3 X20 Y0 R-10\nG1 Y20", ("R-", "R"), RADIUS.format("R")),
     ("rs274", "X10\nG2 X20 Y0 J10\nG1 Y20", ("G2", "G3"), SENSE.format("G2 or G3")),
+    ("rs274", "X10\nG2 X10 Y10 J10\nG1 X-20", ("G2", "G3"), SENSE.replace("90", "180").format("G2 or G3")),
     # beside the contour: arcs about the outside corners lie between
     ("rs274", "G41 X-10 Y-10\nX10\nG3 X20 Y0 R-10\nG1 Y20\nG40 Y30", ("R-", "R"), RADIUS.format("R")),
     ("rs274", "G41 X-10 Y-10\nX10\nG2 X20 Y0 J10\nG1 Y20\nG40 Y30", ("G2", "G3"), SENSE.format("G2 or G3")),
@@ -42,7 +43,7 @@ def list_doubts(machine, dialect, text, diameter=4.0):
 ])  # fmt: skip
 def test_another_arc_that_would_continue_both_neighbours_is_told(machine, dialect, wrong, right, said):
     ((line, message),) = list_doubts(machine, dialect, wrong)
-    assert message.endswith(said) and message.startswith("the arc of 270 deg "), message
+    assert message.endswith(said) and message.startswith(("the arc of 270 deg ", "the arc of 180 deg ")), message
     assert wrong.split("\n")[line - 1].startswith(("G2", "G3", "C ", "CR"))
     assert list_doubts(machine, dialect, wrong.replace(*right)) == []
 

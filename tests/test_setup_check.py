@@ -1107,6 +1107,73 @@ def test_a_feed_that_no_cut_has_is_told_once(dialect, cut, line, said):
     assert all(said in item.message for item in told)
 
 
+def list_sizes(body):
+    """Line and message of each VP505 of a milling program; the first line of ``body`` is line 4."""
+    program = f"G21 G90 G17\nG54 T1 M6\nS900 M3\n{body}\nM30\n"
+    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))}
+    found = vp.check(program, "ac_trunnion", vp.Options(tools=tools, wcs={"G54": (0, 0, 90)})).findings
+    return [(item.line, item.message) for item in found if item.code == "VP505"]
+
+
+@pytest.mark.parametrize(
+    ("cuts", "line", "said"),
+    [
+        ("G1 Z2 F800\nX20 F1.5", 7, "F is 1.5 mm/min here, and up to 800 mm/min in other cuts: if it is in m/min, it"),
+        ("G1 Z2 F400\nX20 F4.5", None, ""),
+        ("G1 Z2 F1.5\nX20 F90", None, ""),
+        ("G95 G1 Z2 F0.1\nG94 X20 F900", None, ""),
+    ],
+)
+def test_a_feed_in_m_per_min_is_told(cuts, line, said):
+    told = list_sizes(f"G0 A0 C0 X0 Y0\nG43 Z50 H1\n{cuts}")
+    assert [at for at, _text in told] == ([] if line is None else [line])
+    assert all(said in text for _at, text in told)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "remark", "call", "diameter", "said"),
+    [
+        ("rs274", "(T1 D=12. - FLAT END MILL)", "T1 M6", 6.0, "tool 1: a diameter of 6 mm is half the 12 mm that"),
+        (
+            "siemens",
+            '; T1 "EM12" D=12. MILL',
+            'T="EM12" M6',
+            24.0,
+            'tool 1 "EM12": a diameter of 24 mm is twice the 12 mm',
+        ),
+        ("rs274", "(T1 D=12. - FLAT END MILL)", "T1 M6", 11.4, ""),  # ground again
+        ("rs274", "(T1 D1 - FLAT END MILL)", "T1 M6", 2.0, ""),  # an entry of the tool table
+    ],
+)
+def test_a_radius_in_place_of_a_diameter_is_told(dialect, remark, call, diameter, said):
+    length, unit = ("D1", "G71") if dialect == "siemens" else ("G43 H1", "G21")
+    text = f"{remark}\n{unit} G90 G17 G54\n{call}\nS900 M3\nG0 A0 C0 X0 Y0\n{length} Z50\nG1 Z9 F90\nM30\n"
+    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), diameter)}
+    names = {"siemens": {"tools": {"EM12": 1}}} if dialect == "siemens" else {}
+    options = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names)
+    told = [item.message for item in vp.check(text, "ac_trunnion", options).findings if item.code == "VP505"]
+    assert len(told) == bool(said)
+    assert all(message.startswith(said) for message in told)
+
+
+@pytest.mark.parametrize(
+    ("clear", "cuts", "end", "line"),
+    [
+        ("G43 Z-50 H1", "G1 Z-5 F100\nX20", "G0 Z50", 5),
+        ("G43 Z50 H1", "G1 Z-5 F100\nX20", "G0 Z-50", 8),
+        ("G43 Z50 H1", "G0 Z-20\nG1 Z-5 F100\nX20", "G0 Z50", 6),
+        ("G43 Z50 H1\nX40", "G0 Z-20\nG1 X20 F100\nZ-5", "G0 Z50", None),  # beside the part, and into it from there
+        ("G43 Z50 H1", "G1 Z-5 F100\nG0 Z5\nZ-4.5\nG1 Z-9", "G0 Z50", None),  # pecks
+        ("G43 Z50 H1", "G18 G2 X20 Z40 I10 K-5 F100\nG17 G0 Z34", "G0 X60", None),  # the arc went deeper
+        ("G43 Z50 H1", "G1 Z-5 F100", "G91 G28 Z0\nG90", None),
+    ],
+)
+def test_a_rapid_below_every_cut_is_told(clear, cuts, end, line):
+    told = list_sizes(f"G0 A0 C0 X0 Y0\n{clear}\n{cuts}\n{end}")
+    assert [at for at, _text in told] == ([] if line is None else [line])
+    assert all("goes down to Z -" in text and "deepest cut of its tool is at Z -5 mm" in text for _at, text in told)
+
+
 @pytest.mark.parametrize(
     ("dialect", "lines", "expected"),
     [
@@ -1142,3 +1209,19 @@ def test_a_plane_that_is_not_ended_is_told_in_the_first_run(dialect, lines, expe
     assert sorted((item.code, item.line) for item in found) == sorted(item[:2] for item in expected)
     for (_code, _line, said), item in zip(sorted(expected), sorted(found, key=lambda one: one.code), strict=True):
         assert said in item.message
+
+
+def test_a_feed_in_mm_a_minute_under_g93_is_told_by_check_and_explain() -> None:
+    """A move of 260 mm would take 0.12 s; explain said that a line before it brings the tool there."""
+    text = "G21 G90 G94 G17\nG0 X-130 Y0 Z60 A0 C0\nG93 G1 Z40 F20\nX130 F500\nG0 Z60\nM2\n"
+    options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 80)})
+    (told,) = (one for one in vp.check(text, "ac_trunnion", options).findings if one.code == "VP505")
+    assert (told.line, told.severity) == (4, "warning")
+    assert "F500 is a time in G93, 0.12 s for this move, which is 130000 mm/min" in told.message
+    explained = vp.explain(text, "ac_trunnion", 4, options)
+    assert told.message in explained.text
+    assert "brings the tool there" not in explained.text
+    (edit,) = told.edits
+    lines = text.split("\n")
+    changed = "\n".join([*lines[: edit.line - 1], edit.value, *lines[edit.line - 1 :]])
+    assert "VP505" not in {one.code for one in vp.check(changed, "ac_trunnion", options).findings}

@@ -21,7 +21,7 @@ from typing import Final
 ROOT: Final = Path(__file__).resolve().parents[2]
 #: Words of the command line, and words of the answer.
 WRONG: Final = {
-    "no.nc": "no.nc: no such file",
+    "no.nc": "no.nc: VP022 error: no such file",
     "part.nc --bogus": "No such option",
     "part.nc --tool-length abc": "not a number",
     "part.nc --tolerance -1": "expected 1e-06 to 10 mm",
@@ -42,15 +42,15 @@ WRONG: Final = {
     "batch empty -o out": "no programs in empty",
     "batch . -o part.nc": "is a file",
     "batch . -o part.nc/out": "a folder is needed",
-    "verify no.csv --against part.nc": "no.csv: No such file",
+    "verify no.csv --against part.nc": "no.csv: VP022 error: No such file",
     "explain part.nc": ":LINE is missing",
     "fit part.nc --free q": "expected some of the letters",
     "report part.nc -o no/r.html": "the folder does not exist",
     "machine validate no.toml": "machines by name",
     "machine show verne --plot x.gif": "expected a name that ends in",
     "machine axis-check --at 0 -o full": "the folder is not empty",
-    "machine identify no.csv": "no.csv: No such file",
-    "machine calibrate no.csv -o m.toml": "no.csv: No such file",
+    "machine identify no.csv": "no.csv: VP022 error: No such file",
+    "machine calibrate no.csv -o m.toml": "no.csv: VP022 error: No such file",
     "machine perturb --seed 1 -o no/m.toml": "the folder does not exist",
 }
 

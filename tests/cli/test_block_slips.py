@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import NEVER, SETUP, check, inspector
+from tests.cli.test_quick_fixes import NEVER, SETUP, check, inspector, look
 from verne_post.cli.lsp.fixes import find_fixes
 from verne_post.cli.lsp.inspector import Inspector
 from verne_post.cli.lsp.outline import Outline
@@ -109,6 +109,34 @@ def test_an_edit_gives_back_what_was_meant(
     assert not any("places" in one.title for one in fixes)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "right", "said"),
+    [
+        ("ED1", "END1", "DO1 is never ended; expected END1; line 15 has ED1: write END1 there"),
+        ("EN1D", "END1", "line 15 has EN1D: write END1 there"),
+        ("X0.\nM999", "X0.\nM99", "did you mean M99?"),
+        ("X0.\n9M9", "X0.\nM99", "M99 may be meant"),
+    ],
+)
+def test_a_mistyped_end_is_one_error(inspector: Inspector, tmp_path: Path, wrong: str, right: str, said: str) -> None:
+    meant = FANUC[: FANUC.index("O1303")].replace("M98 P1303\n", "").replace("P21302", "P1302")
+    meant = meant.replace("N30 G01 X5.", "#102=2\nWHILE [#102 GT 0] DO1\n#102=#102-1\nEND1\nN30 G01 X5.") + "%\n"
+    path, text = tmp_path / "a.nc", meant.replace(right, wrong, 1)
+    found = check(inspector, path, text, SETUP)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert said in item.message
+    fixes = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert text[: fixes[0].begin] + fixes[0].new + text[fixes[0].end :] == meant
+
+
+def test_a_subprogram_that_is_called_is_not_preferred_for_another_one(inspector: Inspector, tmp_path: Path) -> None:
+    path, text = tmp_path / "a.nc", FANUC.replace("O1303 (LINE)\n", "")
+    found = check(inspector, path, text, SETUP)
+    item = next(one for one in found.findings if "O1303" in one.message)
+    fixes = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert [(one.new, one.settles) for one in fixes] == [("P1302", False)]
+
+
 def test_a_word_that_is_right_elsewhere_is_changed_once(inspector: Inspector, tmp_path: Path) -> None:
     """N30 of subprograms are block numbers, whatever the N30 at the end of the program is."""
     path, text = tmp_path / "a.nc", FANUC.replace("M30\n", "N20 M9 N30\n")
@@ -182,6 +210,7 @@ G54 = [0, 0, 60]
             "write M6 in place of M60 beside T2",
             ["M6 in place of M60 in line 9", "M6 after T2 in"],
         ),
+        ("T2 M06", "T2 06", "this is T206; T2 M06 may be meant", ["T2 M06 in place of T2 06"]),
         ("M06\nM3", "M66\nM3", "did you mean M6?", ["M6 in place of M66"]),
         ("M30", "M300", "did you mean M30?", ["M30 in place of M300"]),
         ("M30", "M20", "did you mean M30?", ["M30 in place of M20"]),
@@ -223,3 +252,51 @@ def test_a_variable_is_found_from_its_sign(column: int) -> None:
     found = Outline(lines, "rs274", b"", "a.ngc").find_assignment(1, column)
     assert found is not None
     assert found.line == 0
+
+
+LOOP = """o100 sub
+#<depth> = #1
+G1 Z#<depth> F250
+o100 endsub
+G21 G90 G94 G17 G54
+G0 X0 Y0 Z60 A0 C0
+M3 S1000
+#101 = 0
+o110 while [#101 LT 3]
+#101 = [#101 + 1]
+o100 call [2.5]
+G0 Z30
+o110 endwhile
+G1 X40.5 F600
+X5
+Y12
+M2
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said", "is_sure"),
+    [
+        ("X5\n", "XT\n", "the letter T in a number; X5 may be meant", False),
+        ("Y12", "Y1W", "the letter W in a number; Y12 may be meant", False),
+        ("Z30", "ZE0", "the letter E in a number; Z30 may be meant", False),
+        ("G0 Z30", "G9 Z30", "such as G0", False),
+        ("LT 3", "FT 3", "FT: no operator; GT or LT may be meant", False),
+        ("Z#<depth>", "#Z<depth>", "the # before its letter; did you mean Z#<depth>?", True),
+        ("o100 endsub", "oo100 endsub", "the letter is there twice; did you mean o100?", True),
+        ("o100 sub", "oQ00 sub", "a letter in a number; did you mean o100?", True),
+        ("[2.5]", "[2.]5", "the ] is too far left; did you mean [2.5]?", True),
+    ],
+)
+def test_a_slip_is_one_finding_of_which_an_edit_gives_the_program_back(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str, is_sure: bool
+) -> None:
+    assert LOOP.count(right) == 1
+    message, _marked, made = look(inspector, tmp_path / "a.ngc", LOOP.replace(right, wrong), SETUP)
+    assert said in message
+    assert (LOOP, is_sure) in [made_text[1:] for made_text in made.values()]
+
+
+def test_an_arc_without_a_centre_is_one_finding_with_the_places_behind_it(inspector: Inspector, tmp_path: Path) -> None:
+    message, _marked, _made = look(inspector, tmp_path / "a.ngc", LOOP.replace("X5", "G2 X5"), SETUP)
+    assert message.startswith("an arc needs its centre")

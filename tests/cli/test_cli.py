@@ -121,12 +121,15 @@ def test_text_that_means_nothing_is_2(syntax: Path, run: Callable[..., Any]) -> 
     assert run(syntax, *PLACE).out == ""
 
 
-@pytest.mark.parametrize("command", ["convert", "dump moves", "dump poses", "dump joints"])
-def test_missing_file_is_2(command: str, run: Callable[..., Any], tmp_path: Path) -> None:
-    answer = run(*command.split(), tmp_path / "none.nc", *PLACE)
-    assert (answer.code, answer.out) == (2, "")
-    assert "none.nc" in answer.err
-    assert "no such file" in answer.err
+@pytest.mark.parametrize("command", ["convert", "dump moves", "fit", "report", "setup", "batch", "check"])
+def test_missing_file_is_2(
+    command: str, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each command says it in one form."""
+    monkeypatch.chdir(tmp_path)
+    answer = run(*command.split(), "none.nc", *(("-o", "out") if command in ("report", "batch") else ()))
+    assert (answer.code, bool(answer.out)) == (2, command == "check")
+    assert (answer.out + answer.err).startswith("none.nc: VP022 error: no such file")
 
 
 def test_check_reads_the_others_beside_a_missing_file(run: Callable[..., Any], tmp_path: Path) -> None:

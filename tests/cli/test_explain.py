@@ -15,7 +15,7 @@ import verne_post as vp
 import verne_post.app.explain as explain_app
 from verne_post import load_machine
 from verne_post.app.explain_line import is_axis_named
-from verne_post.app.line_remedies import Line
+from verne_post.app.line_remedies import Line, Trial
 from verne_post.cli.main import main
 from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
@@ -515,7 +515,7 @@ def test_the_other_branch(
     assert codes(program, *options) & {"VP102", "VP103"}
     name, a, c = proposed
     text = explain(program, 2, *options)
-    assert f"{name}: the line ends at A {a:g}, C {c:g} with the same tool axis" in text
+    assert f"{name}: line 1 ends at A {a:g}, C {c:g} with the same tool axis" in text
     assert codes(program.replace(words, f"A{a:g} C{c:g}"), *options) == set()
 
 
@@ -1062,9 +1062,9 @@ def test_findings_are_printed_before_remedies_are_sought(
     (tmp_path / "a.nc").write_text(PROGRAM, "utf-8")
     before, search = [], explain_app.add_line_remedies
 
-    def seek(line: Line) -> Line:
+    def seek(line: Line, holds: Trial) -> Line:
         before.append(capsys.readouterr().out)
-        return search(line)
+        return search(line, holds)
 
     monkeypatch.setattr(explain_app, "add_line_remedies", seek)
     assert main(["explain", f"{tmp_path / 'a.nc'}:3", *OPTIONS]) == 0

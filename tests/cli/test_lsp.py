@@ -21,6 +21,7 @@ from verne_post.model.findings import make_finding
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
+from verne_post.cli.lsp.completion import complete_key
 from verne_post.cli.lsp.fixes import find_fixes
 
 #: Long enough on a loaded machine; nothing waits for it when the server answers, s.
@@ -228,6 +229,34 @@ def test_the_language_of_a_text_is_that_which_check_finds(
         (one["code"], one["worst_line"] or one["line"]) for one in program["findings"]
     ]
     assert shown
+
+
+def test_hover_of_a_key_says_what_it_holds(client: Client, tmp_path: Path) -> None:
+    """Also where the text is no TOML below; of values and remarks nothing is said."""
+    setup = "tool_length = 8\n[wcs]\nG54 = [0, 0, 60] # G54\n[tools]\n3 = { length = 8, diameter = O }\n"
+    uri = client.open(make_program(tmp_path, setup, "part.nc.toml", None))
+    assert hover(client, uri, 0, 3) == (
+        "**tool_length**: Length from the gauge line to the tip, for the whole program; default: that of each tool. "
+        "In mm."
+    )
+    assert hover(client, uri, 1, 1).startswith("**wcs**: work offsets by system: [x, y, z] in mm, or [x, y, z, turn]")
+    assert hover(client, uri, 4, 20).startswith("**tools.3.diameter**: mm, of the cutter; a number: 0 to ")
+    assert hover(client, uri, 4, 20).endswith("; default: 0.0")
+    place = {"line": 2, "character": 19}
+    assert client.ask("textDocument/hover", textDocument={"uri": uri}, position=place) is None
+    offered = {one.word: one.meaning for one in complete_key(tmp_path / "part.nc.toml", "[tools]\n3 = { ", 1, 6)}
+    assert hover(client, uri, 4, 20) == f"**tools.3.diameter**: {offered['diameter']}"
+    machine = make_program(tmp_path, "[home]\n[spindle]\nnose_offset_mm = 3\n", "mine.toml", None)
+    said = hover(client, client.open(machine), 2, 2)
+    assert said.startswith("**spindle.nose_offset_mm**: a number: ") and said.endswith("; in mm; required")
+
+
+def test_hover_of_a_line_with_an_error_names_no_place_that_it_does_not_reach(client: Client, tmp_path: Path) -> None:
+    """X5 was said to be at 0, where the line before ends."""
+    uri = client.open(make_program(tmp_path, "G21 G90\nG0 X0 Y0 Z120\nG1 X5 [ F100\nM2\n"))
+    assert "**X0**: where an axis goes; in G91 by how much; X 0 mm in G54" in hover(client, uri, 1, 4)
+    said = hover(client, uri, 2, 4)
+    assert "**X5**: where an axis goes" in said and "X 0 mm" not in said
 
 
 def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path) -> None:
@@ -1544,6 +1573,24 @@ def test_a_superseded_check_ends_at_its_next_report(tmp_path: Path) -> None:
         with pytest.raises(SupersededError):
             inspector.check(path, {path: LEGAL}, soon)
     assert soon.asked == 3
+
+
+def test_newer_text_ends_a_search_for_remedies_and_for_edits(tmp_path: Path) -> None:
+    """The search has several trials of the whole program: it was ended by none of them."""
+    from verne_post.cli.lsp.inspector import Inspector, SupersededError
+
+    text = LEGAL.replace("G1 A60\n", "G1 X700 A60\nX0\n")
+    path, superseded = make_program(tmp_path, text), threading.Event()
+    given: dict[str, Any] = dict.fromkeys(("select", "ignore", "baseline", "machine_name", "settings"))
+    inspector = Inspector({**given, "severity": (), "subroutine_path": ()})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        found = inspector.check(path, {path: text}, superseded)
+        item = next(one for one in found.findings if one.remedies)
+        with pytest.raises(SupersededError):
+            inspector.check(path, {path: text}, superseded, lambda _found: superseded.set())
+        with pytest.raises(SupersededError):
+            find_fixes(inspector, found, item, {path: text}, superseded)
 
 
 def test_a_legal_program_is_planned_once_with_the_same_set_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -101,6 +101,19 @@ def test_what_is_wrong_in_a_set_up_has_its_line(
         assert all(line.startswith(place) for line in told)
 
 
+def test_a_set_up_is_named_for_its_own_program_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
+) -> None:
+    """The length of a tool table was told at the tool of the same number of another program."""
+    monkeypatch.chdir(tmp_path)
+    for name, tools in (("a.nc", "tools.1 = {length = 60}"), ("b.nc", 'tool_table = "b.tbl"')):
+        (tmp_path / name).write_text(GOOD.replace("G43", "M3 S900 G43"))
+        (tmp_path / f"{name}.toml").write_text(f"{tools}\n[wcs]\nG54 = [0, 0, 20]\n")
+    (tmp_path / "b.tbl").write_text("T1 P1 Z2400\n")
+    told = [line for line in run("check", "a.nc", "b.nc").out.splitlines() if "VP505" in line]
+    assert [line[:38] for line in told] == ["b.nc: VP505 warning: tool 1: a length "]
+
+
 def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable[..., Any]) -> None:
     """Q2OO for Q200 was told as a cycle without Q200."""
     cycle = "CYCL DEF 200 D Q2OO=2 Q201=-5 Q206=9 Q202=2 Q210=0 Q203=0 Q204=9"
@@ -114,7 +127,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
     ("words", "said"),
     [
         # 1: a wrong name
-        (("pp.nc", *PLACE), "pp.nc: no such file"),
+        (("pp.nc", *PLACE), "pp.nc: VP022 error: no such file"),
         # 2: no tool length for a program that asks for one
         (("p.nc",), "give --tool-table FILE, or give --tool-length MM"),
         # 3: the offset in another spelling
@@ -138,8 +151,8 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("report", "p.nc", "-o", "f.pdf"), "-o f.pdf: expected a name that ends in .html"),
         (("p.nc", "--against", "p.nc"), "No such option '--against'; verify and machined have it."),
         (("p.nc", "--simulate", "x"), "No such option '--simulate'; machine calibrate has it."),
-        (("convert", "."), ".: is a folder; check and batch take folders"),
-        (("p.nc", *PLACE[2:], "--tool-table", "p.nc"), "no other line is that of a tool either: is this a tool table?"),
+        (("convert", "."), ".: VP022 error: is a folder; check and batch take folders"),
+        (("p.nc", *PLACE[2:], "--tool-table", "p.nc"), "is that of a tool either: this is a program, not a"),
         (("setup", "t.tbl"), "t.tbl is no NC program: .tbl is a tool table"),
         (("setup", "p.nc", "-o", "t.tbl"), "t.tbl is there already, and is not the set-up that is read (none)"),
         (("--machine", "serial", "chek", "p.nc"), "chek: no such file, and no command; did you mean check?"),
@@ -245,6 +258,30 @@ TOOLS_OF = {
         ("T7 M6 and G43 H7 before it", ""),
     ),
 }
+
+
+def test_a_tool_that_is_only_selected_is_named_where_no_length_is_in_force(
+    run: Callable[..., Any], tmp_path: Path
+) -> None:
+    """It was "no tool length has been given", with the length in the set-up."""
+    program, setup = tmp_path / "a.nc", tmp_path / "a.nc.toml"
+    setup.write_text("[tools]\n1 = {length = 80}\n[wcs]\nG54 = [0, 0, 40]\n")
+    text = "%\nO1\nG21 G17 G90 G94\nT1\nG54 S5000 M3\nG0 X0. Y0. Z60.\nG1 Z15. F500.\nX10.\nM30\n%\n"
+    program.write_text(text)
+    told = run("check", program)
+    assert "a.nc:7: VP012 error: T1 of line 4 only selects the tool" in told.out
+    assert "write M6 after T1, and G43 H1 before this move" in told.out
+    program.write_text(text.replace("T1\n", "T1 M6\n").replace("G1 Z15.", "G43 H1\nG1 Z15."))
+    told = run("check", program)
+    assert (told.code, "VP" in told.out) == (0, False), told.out
+
+
+def test_klartext_without_a_tool_call_has_one_remedy(run: Callable[..., Any], tmp_path: Path) -> None:
+    program = tmp_path / "a.h"
+    program.write_text("BEGIN PGM A MM\nL X+0 Y+0 Z+50 R0 FMAX M3\nL Z+20 F300\nL X+20\nM30\nEND PGM A MM\n")
+    told = run("check", program, "--wcs", "G54=0,0,40")
+    assert "write TOOL CALL with --tool-table" in told.out
+    assert told.out.count("tool in the program") == 0
 
 
 @pytest.mark.parametrize("name", TOOLS_OF)

@@ -384,7 +384,7 @@ def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
     assert (path, settles) == (setup, False)
     assert new == TOOLS.replace("80", '80, diameter = "measure"')
     message, _word, made = look(inspector, tmp_path / name, text, SETUP)
-    assert "write [tools] 1 = { length = MM, diameter = MM } into the set-up in place of tool_length" in message
+    assert "write [tools] 1 = { length = MM, diameter = MM } into the set-up (which has no tool_length then)" in message
     ((path, new, settles),) = made.values()
     assert (path, settles) == (setup, False)
     assert new == '[wcs]\nG54 = [0, 0, 60]\n\n[tools]\n1 = { length = 80, diameter = "measure" }\n'
@@ -466,6 +466,23 @@ def test_a_refusal_is_shown_before_its_remedies_are_found(
     assert [one.code for one in early] == [one.code for one in late] == ["VP101"]
     assert "tried: nothing yet; remedies are being sought" in early[0].message
     assert re.search(r"tried: within limits if line 5 ends at Z 5\d\d\.\d instead of 2000", late[0].message)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "wrong", "right"),
+    [
+        ("a.ngc", f"{NGC}G1 X5 F500\nG0 Z-80.\nM30\n", "Z-80.", "Z80."),
+        ("a.h", f"{KLARTEXT}3 L X+5 F500\n4 L Z-80 FMAX\n5 M30\n6 END PGM T MM\n", "Z-80", "Z+80"),
+    ],
+)
+def test_a_minus_too_many_is_a_choice_beside_the_nearest_place(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, wrong: str, right: str
+) -> None:
+    """Only the place next to the limit was offered."""
+    _message, _word, made = look(inspector, tmp_path / name, text)
+    path, new, settles = next(one for title, one in made.items() if title.startswith(f"Write {right} in place"))
+    assert (path, new, settles) == (tmp_path / name, text.replace(wrong, right), False)
+    assert any(title.startswith("Write Z-59.9") for title in made)
 
 
 def test_a_centre_with_the_wrong_sign_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
@@ -1063,3 +1080,24 @@ def test_the_table_is_turned_back_only_with_the_tool_out_of_the_part(
     fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {found.path: text}, NEVER)]
     turning = {fix.title.partition(" (")[0]: fix.settles for fix in fixes if "A0 C0" in fix.title}
     assert turning == ({title: False} if title else {})
+
+
+def test_less_tilt_of_a_vector_is_one_edit_of_its_components(inspector: Inspector, tmp_path: Path) -> None:
+    """The remedy was an angle, which no line of the program has: there was no edit."""
+    words = "A3=0.3 B3=0.15 C3=-0.942072"
+    text = (
+        "G17 G71 G90\nT1 D1\nM6\nTRAORI\nG54\nS8000 M3\nG0 X0 Y0 Z60 A3=0 B3=0 C3=1\nG1 Z20 F500\n"
+        f"X10 Y4 Z8 {words}\nX10 Y4 Z50 A3=0 B3=0 C3=1\nM30\n"
+    )
+    setup = "[wcs]\nG54 = [0, -12, 80]\n[tools]\n1 = { length = 80, diameter = 8 }\n"
+    path = tmp_path / "a.mpf"
+    found = check(inspector, path, text, setup)
+    (item,) = found.findings
+    (fix,) = (one for one in find_fixes(inspector, found, item, {path: text}, NEVER) if words in one.title)
+    assert "another tool axis" in fix.title
+    assert not fix.settles, "the tool cuts another side"
+    begin, end = text.split(words)
+    changed = apply_places(fix)
+    assert changed.startswith(begin)
+    assert changed.endswith(end)
+    assert [one for one in check(inspector, path, changed, setup).findings if one.severity == "error"] == []

@@ -387,3 +387,76 @@ def test_a_small_move_is_proposed_on_and_beside_an_axis_of_symmetry(tmp_path: Pa
         found = re.search(r"within limits if the part is moved by (.*) mm \(then G54 = ", said)
         assert found, said
         assert math.hypot(*(float(word) for word in found[1].split(","))) < farthest
+
+
+#: A tool axis beyond the travel of the tilt in each language: name, program, the line, what stands between its numbers.
+VECTORS = [
+    ("a.cls", "UNITS/MM\nMULTAX/ON\nLOADTL/1\nSPINDL/RPM,8000,CLW\nRAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/MMPM,500\n"
+     "GOTO/10,4,8,0.3,0.15,-0.942072\nGOTO/10,4,50,0,0,1\nFINI\n", 8, ("", ",", ",")),
+    ("a.mpf", "G17 G71 G90\nT1 D1\nM6\nTRAORI\nG54\nS8000 M3\nG0 X0 Y0 Z60 A3=0 B3=0 C3=1\nG1 Z20 F500\n"
+     "X10 Y4 Z8 A3=0.3 B3=0.15 C3=-0.942072\nX10 Y4 Z50 A3=0 B3=0 C3=1\nM30\n", 9, ("A3=", " B3=", " C3=")),
+    ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 M3\n3 M128\n4 L X+0 Y+0 Z+60 A+0 C+0 R0 FMAX\n"
+     "5 LN X+10 Y+4 Z+8 TX+0.3 TY+0.15 TZ-0.942072 F500\n6 LN X+10 Y+4 Z+50 TX+0 TY+0 TZ+1\n7 M30\n"
+     "8 END PGM A MM\n", 6, ("TX+", " TY+", " TZ")),
+    ("a.nc", "%\nO1\nG17 G21 G90\nT1 M6\nG54\nS8000 M3\nG43.5 H1\nG0 X0. Y0. Z60. I0. J0. K1.\n"
+     "G1 X10. Y4. Z8. I0.3 J0.15 K-0.942072 F500.\nX10. Y4. Z50. I0. J0. K1.\nM30\n%\n", 9, ("I", " J", " K")),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "program", "line", "words"), VECTORS, ids=lambda value: str(value)[:5])
+def test_less_tilt_of_a_tool_axis_is_given_in_the_words_of_its_line(
+    name: str, program: str, line: int, words: tuple[str, ...], tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """It was an angle A, a word that these programs do not have."""
+    path, setup = tmp_path / name, tmp_path / "s.toml"
+    setup.write_text("[wcs]\nG54 = [0, -12, 80]\n[tools]\n1 = { length = 80, diameter = 8 }\n", "utf-8")
+    path.write_text(program, "utf-8")
+    told = [run(*one, "--setup", setup).out for one in (("check", path), ("explain", f"{path}:{line}"))]
+    found = [re.search(r"line ends with the tool axis (.*) instead of (.*), the tip as it is", one) for one in told]
+    assert found[0] is not None, told[0]
+    assert found[1] is not None, told[1]
+    then, now = found[0].groups()
+    assert found[1].groups() == (then, now)
+    number = r"(-?[\d.]+)"
+    vector = re.fullmatch(number.join(map(re.escape, words)) + number, then)
+    assert vector is not None, then
+    i, j, k = map(float, vector.groups())
+    assert math.isclose(math.hypot(i, j, k), 1.0, abs_tol=1e-6)
+    assert i / j == pytest.approx(2.0, abs=1e-5), "the turn stays"
+    assert k < 0.0, "no more than the limit asks for"
+    path.write_text(program.replace(now, then), "utf-8")
+    assert run("check", path, "--setup", setup).code == 0
+
+
+def test_a_line_that_begins_beyond_the_tilt_names_the_line_before(run: Callable[..., Any]) -> None:
+    """Line 11 ends at A60: no words of it help."""
+    told = run("explain", f"{SAMPLES / 'violates_tilt.nc'}:11").out
+    assert "line 11 begins at A 101 of line 10: correct line 10 first" in told
+
+
+def test_another_branch_of_a_line_is_tried_with_both_of_its_ends(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """It was proposed for the end alone of a line that begins beyond the limit, and changed nothing there."""
+    narrow, program = tmp_path / "narrow.toml", tmp_path / "p.nc"
+    original = (SAMPLES.parent / "machine_configs" / "verne.toml").read_text(encoding="utf-8")
+    narrow.write_text(original.replace("a_deg = [-95.0, 95.0]", "a_deg = [-20.0, 110.0]"), "utf-8")
+    program.write_text("G21 G90 G94\nG0 X0 Y0 Z120 A0 C0\nG1 X5 A-50 C10 F900\nG1 X10 A20 C0\nM2\n", "utf-8")
+    given = ("--machine", narrow, "--tool-length", 80, "--wcs", "G54=0,-12,80")
+    told = run("explain", f"{program}:4", *given).out
+    assert "VP102 error" in told
+    assert "same tool axis" not in told
+    assert "line 4 begins at A -50 of line 3" in told
+
+
+def test_a_move_of_the_part_has_no_traces_that_nothing_needs(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """It was -9.7, -9.7, 0.2 mm, and the program can run with -9.7, -9.7, 0."""
+    program = tmp_path / "p.nc"
+    program.write_text(
+        "G21 G90 G94 G54\nS5000 M3\nG0 X0 Y0 Z60 A0 C0\nG1 Z-20 A20 F500\nX10 Z-25\nX20 Y30 Z-28 A40\nG0 Z60\nM2\n",
+        "utf-8",
+    )
+    given = ("--machine", "tricept", "--tool-length", 80)
+    told = run("check", program, *given, "--wcs", "G54=0,0,10").out
+    moved = re.search(r"if the part is moved by (.*) mm \(then (G54 = .*)\)", told)
+    assert moved is not None, told
+    assert moved[1].endswith(", 0"), "not 0.2"
+    assert run("check", program, *given, "--wcs", moved[2]).code == 0

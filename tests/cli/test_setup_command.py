@@ -421,6 +421,16 @@ def test_what_is_known_is_written_and_not_asked_for(run: Run, tmp_path: Path) ->
     }
 
 
+def test_tools_of_a_table_that_are_not_called_are_left_out(run: Run, tmp_path: Path) -> None:
+    """A table of a shop has hundreds; a tool without a length that nothing calls is not asked for either."""
+    (tmp_path / "part.nc").write_text("G21 G90 G54\nT5 M6\nG43 H5\nG0 X0 Y0 Z90\nG1 Z80 F500\nM30\n")
+    (tmp_path / "tools.tbl").write_text("".join(f"T{n} P{n} {'' if n == 3 else f'Z{n}0'} D8\n" for n in range(1, 16)))
+    told = run("setup", tmp_path / "part.nc", "-o", "-", "--tool-table", tmp_path / "tools.tbl", "--wcs", "G54=1,2,3")
+    assert tomllib.loads(told.out)["tools"] == {"5": {"length": 50, "diameter": 8}}
+    assert "# tools that are given and not called are left out: 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 13 and" in told.out
+    assert "nothing is missing" in told.err
+
+
 def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Path) -> None:
     """Nothing is said of the diameter that stands in for it: the inside arc has a radius of 2 mm."""
     program = tmp_path / "part.nc"
@@ -558,7 +568,7 @@ def test_the_length_of_one_tool_gives_way_to_a_table_of_tools(run: Run, tmp_path
     told = run("check", program)
     assert told.code == 2
     assert "VP018 error: --tool-length is the length of one tool, but the program uses T1 and T5" in told.err + told.out
-    assert "[tools] of the set-up in place of tool_length (`verne-post setup` writes it)" in told.err + told.out
+    assert "[tools] of the set-up (`verne-post setup` writes it), without tool_length" in told.err + told.out
     told = run("setup", program)
     assert told.code == 0
     assert "now a remark, because it holds for one tool: tool_length; " in told.err

@@ -191,20 +191,25 @@ def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
         ),
         ("tool_length = \u201190", "a non-breaking hyphen (U+2011), as copied from a mail or PDF; write a minus (-)\n"),
         ("split_at_stops = True", "True: write true\n"),
+        ("wcs.G54.1P1 = [0, 0, 1]", 'wcs.G54.1P1: a name with a point is in quotes; write "G54.1P1" = [X, Y, Z]'),
+        ("wcs.G54 = {x = 1, y = 2}", "wcs.G54: a place is a list of three numbers; write G54 = [X, Y, Z]"),
         ("tool_table = tools.tbl", 'tools.tbl: a text is in quotes; write "tools.tbl"\n'),
         (
             'tool_table = "tools.tbl\n',
-            "1:24: VP503 error: not a TOML file: the quote is not closed; write it at the end",
+            '1:24: VP503 error: not a TOML file: "tools.tbl: the quote is not closed; write "tools.tbl"',
         ),
         ('tool_table = "C:\\Users"', "a backslash in a text; write the text in ' ' instead of quotation marks\n"),
         ("[tools]\n3 = { length = 90,\n", "the brace { is not closed in its line; write } where the table ends"),
         (
             "[wcs]\nG54 = [0, 0, 60\n[tools]\n",
-            "2:7: VP503 error: not a TOML file: the bracket [ is not closed; write ]",
+            "2:7: VP503 error: not a TOML file: [0, 0, 60: the bracket [ is not closed; write [0, 0, 60]",
         ),
-        ("[wcs]\nG54 = [0, 0, 60\nG55 = [1, 2, 3]\n", "2:7: VP503 error: not a TOML file: the bracket [ is not"),
+        ("[wcs]\nG54 = [0, 0, 60\nG55 = [1, 2, 3]\n", "2:7: VP503 error: not a TOML file: [0, 0, 60: the bracket"),
+        ("[wcs]\nG54 = [0, 0,\n60\n[tools]\n", "the bracket [ is not closed; write ] where the list ends"),
         ("[wcs]\nG54 = [0,0 60]", "write [0, 0, 60]"),
-        ("[tools]\n3 = { length = 90 }\n3 = { length = 80 }", "3: the key is there twice; write it once\n"),
+        ("[tools]\n3 = { length = 90 }\n3 = { length = 80 }", "3: the key is there twice, first in line 2; write it"),
+        ("[tools]\n3 = { length = 9 }\n[tools.3]\n", "3:9: VP503 error: not a TOML file: tools.3: the table is there"),
+        ("[tools]\n[tools]", "2:7: VP503 error: not a TOML file: tools: the table is there twice, first in line 1"),
         ("[WCS]\nG54 = [1, 2, 3]", "WCS: this is no option of a set-up; did you mean wcs?"),
         ('tool_table = ""', "VP503 error: tool_table = ''"),
         (
@@ -667,7 +672,7 @@ def test_a_program_that_is_not_there_is_not_read(folder: Path, run: Callable[...
     batch = run("batch", "prt.nc", "part.nc", "-o", "out")
     assert batch.code == 2
     assert "1 not read" in batch.out
-    assert "prt.nc: no such file; did you mean part.nc?" in batch.out + batch.err
+    assert "prt.nc: VP022 error: no such file; did you mean part.nc?" in batch.out + batch.err
 
 
 def test_every_ending_of_a_language_is_looked_for_in_folders() -> None:

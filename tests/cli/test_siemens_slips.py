@@ -231,3 +231,136 @@ def test_a_long_number_before_a_word_takes_no_time(inspector: Inspector, tmp_pat
     begin = time.perf_counter()
     assert inspector.check(path, {path: text, Path(f"{path}.toml"): SETUP}, NEVER).findings
     assert time.perf_counter() - begin < 5.0
+
+
+FLOW = """DEF INT PASS
+G17 G54 G90 G94 G710
+T1 D1 M6
+S9000 M3
+G0 A0 C0 X0 Y0 Z40
+G1 Z6 F800
+G2 X10 Y0 CR=5
+X20 Y0 CR=5
+R1=0
+FOR PASS=1 TO 3
+WHILE R1<3
+R1=R1+1
+IF R1>7
+G1 X0
+ELSE
+G1 X6
+ENDIF
+ENDWHILE
+LOOP
+R1=R1+1
+IF R1>6 GOTOF MARK
+ENDLOOP
+MARK:
+REPEAT
+R1=R1-1
+UNTIL R1<2
+ENDFOR
+MCALL CYCLE81(20,0,2,-3)
+G0 X-10
+MCALL
+M30
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("X20 Y0 CR=5", "X20 Y0 R5", "the radius of an arc is CR= in this language"),
+        ("X20 Y0 CR=5", "X20 Y0 R=5", "the radius of an arc is CR= in this language"),
+        ("X10 Y0 CR=5", "X10 Y0 R 5", "the radius of an arc is CR= in this language"),
+        ("MCALL CYCLE81", "MCAL LCYCLE81", "the blank is in the wrong place"),
+        ("INT PASS", "INTP ASS", "the blank is in the wrong place"),
+        ("DEF INT", "DEFI NT", "the blank is in the wrong place"),
+        ("WHILE R1", "WHILER1", "a blank is missing"),
+        ("WHILE R1", "WHIL ER1", "the blank is in the wrong place"),
+        ("FOR PASS", "FO RPASS", "the blank is in the wrong place"),
+        ("1 TO 3", "1 T O3", "the blank is in the wrong place"),
+        ("IF R1>7", "I FR1>7", "the blank is in the wrong place"),
+        ("UNTIL R1", "UNTI LR1", "which line 26 writes as UNTI LR1"),
+        ("GOTOF MARK", "GOTOFMARK", "a blank is missing"),
+        ("GOTOF MARK", "GOTO FMARK", "the blank is in the wrong place"),
+        ("GOTOF MARK", "GOTOFM ARK", "the blank is in the wrong place"),
+        ("ELSE", "ELES", "did you mean ELSE?"),  # the lines of a false condition, which nothing executed
+        ("ENDIF", "ENDFI", "IF is never closed; expected ENDIF, which line 17 writes as ENDFI"),
+        ("ENDIF", "ENDFI", "ELSE is never closed"),
+        ("ENDWHILE", "ENDWHIEL", "which line 18 writes as ENDWHIEL"),
+        ("ENDLOOP", "ENDLOP", "which line 22 writes as ENDLOP"),
+        ("UNTIL R1", "UNTILL R1", "which line 26 writes as UNTILL"),
+    ],
+)
+def test_a_slip_of_a_statement_is_one_finding_whose_edit_gives_the_program_back(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    program = FLOW if "ELSE" in said or right == "ELSE" else FLOW.replace("ELSE\n", "\n")
+    assert program.count(right) == 1
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", program.replace(right, wrong), SETUP)
+    assert said in message
+    assert [made_text[1:] for made_text in made.values()] == [(program, True)]
+
+
+@pytest.mark.parametrize("wrong", ["800", "R800", "G800", "F", "F(800", "800F"])
+def test_a_lost_feed_rate_is_one_finding(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
+    path = tmp_path / "a.mpf"
+    found = inspector.check(path, {path: FLOW.replace("F800", wrong), Path(f"{path}.toml"): SETUP}, NEVER)
+    assert [item.line for item in found.findings if item.severity == "error"] == [6]
+
+
+def test_many_slips_in_one_line_take_no_time(inspector: Inspector, tmp_path: Path) -> None:
+    """For each the line was executed again: 12 s."""
+    path = tmp_path / "a.mpf"
+    begin = time.process_time()
+    found = inspector.check(
+        path, {path: FLOW.replace("F800", f"F800{'=' * 8_000}"), Path(f"{path}.toml"): SETUP}, NEVER
+    )
+    assert time.process_time() - begin < 3.0
+    assert [item.line for item in found.findings if item.severity == "error"] == [6]
+
+
+NUMBERED = """N10 G17 G54 G90 G94 G710
+N20 T1 D1 M6
+N30 S9000 M3
+N40 G0 A0 C0 X0 Y0 Z40
+N50 G1 Z6 F800
+N60 G3 X10 Y0 CR=5
+N70 G1 X-2 Y-8
+N80 IF R1>2 GOTOF NEXT
+N90 X5
+N100 NEXT:
+N110 Y6.5
+N120 TRAORI
+N130 X0 A3=0 B3=0 C3=1
+N140 TRAFOOF
+N150 M30
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said", "is_sure"),
+    [
+        ("N70 G1", "N70 G11", "G11 is not a code of this language; it has G1", False),  # and no arc of N60 behind it
+        ("A3=0", "A33=0", "a digit is there twice", True),
+        ("Y-8", "Y8-", "the sign stands after its number", False),
+        ("N140 TRAFOOF", "NI40 TRAFOOF", "the letter I in a number", True),
+        ("N100 NEXT:", "N10 0NEXT:", "a blank and a digit have changed places", True),
+        ("Y6.5", "U6.5", "Y6.5 may be meant, whose key is beside", False),
+    ],
+)
+def test_a_slip_in_a_numbered_program_is_one_finding(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str, is_sure: bool
+) -> None:
+    assert NUMBERED.count(right) == 1
+    program = NUMBERED.replace("R1>2", "1>2")
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", program.replace(right, wrong), SETUP)
+    assert said in message
+    assert (program, is_sure) in [made_text[1:] for made_text in made.values()]
+
+
+def test_a_jump_does_not_end_at_a_longer_label(inspector: Inspector, tmp_path: Path) -> None:
+    text = NUMBERED.replace("NEXT:", "MYNEXT:").replace("R1>2", "1<2")
+    message, _marked, _made = look(inspector, tmp_path / "a.mpf", text, SETUP)
+    assert message == "GOTOF NEXT: there is no such label or block number after this line"

@@ -7,10 +7,11 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, TOOLS, apply_places, check, inspector, look
+from tests.cli.test_quick_fixes import HEADS, NEVER, NGC, SETUP, TOOLS, apply_places, check, inspector, look
 from verne_post.base.suggestions import find_correction
 from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspector
+from verne_post.cli.lsp.places import find_range
 
 __all__ = ["inspector"]
 
@@ -36,13 +37,6 @@ def embed(ending: str, lines: str) -> str:
         ),
         (".h", "PLANE SPATIAL SPA+0 SPB+0 SPC+0 TURM FMAX", ("TURM", "TURN"), "", "Write TURN in place of TURM"),
         (".h", "CYCL DEF 7.0 N\nCYCL DEF 7,1 X+5", ("7,1", "7.1"), "a decimal comma", "Write 7.1 in place of 7,1"),
-        (
-            ".h",
-            "PLANE SPATIAL SPA=25 SPB+0 SPC+0 STAY",
-            ("SPA=", "SPA+"),
-            "have no =",
-            "Write SPA+25 in place of SPA=25",
-        ),
         (".h", "L X=-2", ("X=", "X"), "have no =", "Write X-2 in place of X=-2"),
         (
             ".h",
@@ -421,10 +415,45 @@ def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_p
     assert [fixed for _path, fixed, _settles in made.values()] == [f"{text}M30\n"]
 
 
+@pytest.mark.parametrize("ending", [".nc", ".ngc"])
+@pytest.mark.parametrize(
+    ("wrong", "right", "said"),
+    [
+        ("5\n", "%\n", "5: a program that ends with % begins with one; did you mean %?"),
+        ("$\n", "%\n", "$: a program that ends with % begins with one; did you mean %?"),
+        ("%\nO1\n(PLATE))\n", "%\nO1\n(PLATE)\n", ")): the ) is there twice; did you mean )?"),
+        ("%\nO1\n9PLATE A)\n", "%\nO1\n(PLATE A)\n", "9PLATE A): the digit on the key of the (; did you"),
+        ("%\nO1\nPLATE A\n", "%\nO1\n(PLATE A)\n", "PLATE A: words without numbers; write (PLATE A) if"),
+    ],
+)
+def test_a_slip_of_the_first_lines_has_its_edit(
+    inspector: Inspector, tmp_path: Path, ending: str, wrong: str, right: str, said: str
+) -> None:
+    """The % was said to be M5 or a second spindle; no comment had an edit."""
+    wrong, right = (one.replace("O1\n", "O1\n" * (ending == ".nc")) for one in (wrong, right))
+    rest = f"{NGC}G43 H1 Z50\nG1 X5 F500\nM30\n%\n"
+    message, _word, made = look(inspector, tmp_path / f"a{ending}", wrong + rest)
+    assert message.startswith(said)
+    ((_path, new, settles),) = made.values()
+    assert (new, settles) == (right + rest, "if" not in said)
+
+
 @pytest.mark.parametrize(
     ("wrong", "right"),
     [
         ("tool_length = 8O", "tool_length = 80"),
+        ("tool_length = B0", "tool_length = 80"),
+        ("tool_length = 9S", "tool_length = 95"),
+        ("tool_length = --8", "tool_length = -8"),
+        ("tools.1 = { length = 8 0, diameter = 10 }", "tools.1 = { length = 80, diameter = 10 }"),
+        ("tools.1 = { length = 8, diameter = 10", "tools.1 = { length = 8, diameter = 10 }"),
+        ("tools.1 = length = 80, diameter = 10 }", "tools.1 = { length = 80, diameter = 10 }"),
+        ("keep_out.a = 5\n[tools", "keep_out.a = 5\n[tools]"),
+        ("tools]", "[tools]"),
+        ('machine = "verne', 'machine = "verne"'),
+        ('machine = verne"', 'machine = "verne"'),
+        ("[tools]\n[siemens]\ngroups = [0, 0, 60", "[tools]\n[siemens]\ngroups = [0, 0, 60]"),
+        ("home = 0, 0, 40]", "home = [0, 0, 40]"),
         ("tool_length = 80mm", "tool_length = 80"),
         ("tool_length = 80 mm", "tool_length = 80"),
         ('tool_length = "80 mm"', "tool_length = 80"),
@@ -456,10 +485,13 @@ def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wr
     found, _program = inspector.check_file(path, {path: text}, NEVER)
     (item,) = (replace(one, line=one.file_line, file=None) for one in found if one.code == "VP503")
     (fix,) = find_file_fixes(inspector, path, item, {path: text}, NEVER)
+    if not fix.words and "not a TOML file" in item.message:  # it was the whole line
+        place = find_range(item, lines := text.split("\n"))
+        assert lines[place.start.line][place.start.character : place.end.character] == text[fix.begin : fix.end]
     assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == apply_places(fix) == text.replace(wrong, right)
 
 
-@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9S", "9.5.0"])
+@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9Q", "9.5.0"])
 def test_a_slip_of_a_setup_has_no_edit_that_leaves_no_toml(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
     """Nor one that makes 80 mm of 80 cm."""
     path, text = tmp_path / "a.ngc.toml", f"tool_length = {wrong}\n[wcs]\nG54 = [0, 0, 60]\n"

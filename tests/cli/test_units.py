@@ -51,6 +51,15 @@ def test_inches_in_place_of_mm_are_named_first(run: Callable[..., Any], tmp_path
     assert "refused: 1 error" in text
 
 
+def test_a_feed_rate_without_a_unit_names_the_lines_that_differ(run: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "p.apt"
+    path.write_text(
+        "PARTNO A\nUNITS/INCHES\nLOADTL/1\nSPINDL/900,CLW\nFEDRAT/600,MMPM\nGOTO/0,0,3\nFEDRAT/9\nGOTO/1,0,3\nFINI\n"
+    )
+    said = "FEDRAT without a unit, after MMPM of line 5, in a program in inches (UNITS/INCHES of line 2): CAM systems"
+    assert f":7: VP005 error: {said}" in run("check", path, *PLACE).out
+
+
 def test_g700_is_named_as_g70_is(run: Callable[..., Any], tmp_path: Path) -> None:
     """F counts in inches too; a vector of the tool axis and the name of a tool stand in the program."""
     text = (

@@ -86,22 +86,58 @@ def test_files_that_are_of_another_kind_or_program_are_sent_where_they_belong(ma
     Path("machine.toml").write_text(run("machine", "show", "verne").out, encoding="utf-8")
     answer = run("check", part, "--setup", "machine.toml")
     assert [line for line in (answer.out + answer.err).splitlines() if "VP503" in line] == [
-        "machine.toml: VP503 error: this is a machine file; give it with --machine, not as a set-up"
+        "machine.toml: VP503 error: this is a machine file, not a set-up; give it with --machine"
     ]
     Path("mine.toml").write_text(SETUP.replace("1 =", "7 ="), encoding="utf-8")
     answer = run("check", part, "--machine", "mine.toml")
-    assert "mine.toml: VP501 error: this is the set-up of a program; give it with --setup" in answer.out + answer.err
+    assert (
+        "mine.toml: VP501 error: this is a set-up, not a machine file; give it with --setup" in answer.out + answer.err
+    )
     assert "If mine.toml belongs to another program, leave it" in run("check", part, "--setup", "mine.toml").out
     Path("part.nc.toml").write_text(SETUP.replace("1 =", "7 ="), encoding="utf-8")
     assert "belongs to another" not in run("check", part).out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("check part.nc --setup chain.toml", "chain.toml: VP503 error: this is a machine file, not a set-up; give"),
+        ("check part.nc --setup part.nc", "--setup part.nc: this is a program, not a set-up; give it first on"),
+        ("check part.nc --machine part.nc", "part.nc: VP501 error: this is a program, not a machine file; give it"),
+        ("machine validate a.stl", "a.stl: VP501 error: this is an STL model, not a machine file; name it in the"),
+        ("machine validate s.toml", "s.toml: VP501 error: this is a settings file, not a machine file; give it"),
+        ("machine check chain.toml", "did you mean `verne-post machine validate chain.toml`?"),
+        ("check a.stl", "a.stl: VP022 error: a.stl is an STL model, not a program; name it in the set-up, as nominal"),
+        (
+            "check chain.toml",
+            "chain.toml: VP022 error: chain.toml is a machine file, not a program; give",
+        ),
+        ("check part.nc --settings chain.toml", "this is a machine file, not a settings file; give it with --machine"),
+        ("check part.nc --settings u.toml", "this is a set-up, not a settings file; give it with --setup"),
+        ("check part.nc --tool-table u.toml", "either: this is a set-up, not a tool table; give"),
+        ("check part.nc --setup stl.toml", "it is no STL file: this is a program, not an STL model; give it first"),
+    ],
+)
+def test_a_file_in_the_place_of_another_kind_is_named(make_program: Any, run: Any, words: str, said: str) -> None:
+    make_program("G1 Z120. F500.")
+    facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    Path("a.stl").write_text(f"solid a\n{facet}endsolid a\n")
+    Path("s.toml").write_text('machine = "verne"\n')
+    Path("u.toml").write_text(SETUP)
+    Path("stl.toml").write_text(f'{SETUP}\n[keep_out.vise]\nfile = "part.nc"\n')
+    Path("chain.toml").write_text(run("machine", "show", "ac_trunnion").out, encoding="utf-8")
+    answer = run(*words.split())
+    assert said in answer.out + answer.err
 
 
 def test_a_header_without_columns_is_one_finding(tmp_path: Path, run: Any) -> None:
     readings = tmp_path / "readings.csv"
     names = "rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,tool_length_mm,x_mm,y_mm,z_mm"
     for text, told in (
-        ("t_s,line,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg\n", ("'t_s' and 'line' are", "x_mm, y_mm and z_mm are")),
+        ("q_s,line,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg\n", ("'q_s' and 'line' are", "x_mm, y_mm and z_mm are")),
         ("%\nO1\n", ("no file of readings: no column of",)),
+        ("t_s,x_mm,line\n0,1,2\n", ("this is a setpoint file, not a file of readings; verify and machined read it",)),
+        ("rho1_mm;x_mm\n1;2\n", ("the names in its first line have ; between them; write commas",)),
         (f"{names}\n" + "1,2\n" * 6, ("2 values; expected 9, as many as the header in line 1 names (lines 2 to 7, 6",)),
     ):
         readings.write_text(text, encoding="utf-8")

@@ -432,7 +432,8 @@ def test_fanuc_names_the_parenthesis_that_ends_a_nested_comment(view, line):
     assert found.message.startswith(
         "the comment that begins in column 1 ends at the ')' of column 6, because comments do not nest"
     )
-    assert mistake("X1 (a b)) Y2").message == "')' without a comment that it would end"
+    assert mistake("X1 (a b)) Y2").message == ")): the ) is there twice; did you mean )?"
+    assert mistake("X1 ) Y2").message == "')' without a comment that it would end"
     assert mistake("(a (b)) X1 X2").message == "X appears twice in the block"
 
 

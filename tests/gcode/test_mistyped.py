@@ -337,6 +337,13 @@ def test_a_number_without_a_point_beside_a_corner_is_still_seen(run: Callable[..
     assert [one for one in found if "VP038 warning: X10 has no decimal point" in one]
 
 
+def test_words_without_a_point_are_told_also_where_the_first_stands_beside_an_error(
+    run: Callable[..., Any], tmp_path: Path
+) -> None:
+    found = find_errors(run, tmp_path, "p.nc", "G1 X10 Y2.Y3.\nX5 Y3.\nX6 Y4.")
+    assert [one for one in found if "VP038 warning: 2 words (X5 first; lines" in one]
+
+
 @pytest.mark.parametrize(
     ("name", "lines", "written"),
     [

@@ -7,9 +7,11 @@ import re
 import numpy as np
 import pytest
 
+import verne_post
 from tests.gcode.conftest import list_places_on, make_tool
 from verne_post.model.control_keys import SiemensKeys
 from verne_post.model.moves import MoveKind, PathMode
+from verne_post.model.options import Options
 
 HEAD = "G0 X0 Y0 Z5 F100\n"
 
@@ -589,3 +591,13 @@ def test_lengths_of_the_control_under_g700_are_refused(view, text):
     _moves, found = view(f"G0 X0 Y0 Z0\nG700\n{text}\nX1\nM30", dialect="siemens")
     assert [(item.code, item.line) for item in found] == [("VP017", 3)]
     assert "under G700" in found[0].message
+
+
+@pytest.mark.parametrize(("name", "said"), [("PART", None), ("part", None), ("OTHER", "PART is called, and its PROC")])
+def test_a_proc_line_with_the_name_of_another_subprogram(name: str, said: str | None) -> None:
+    """The text of another subprogram may stand under this name."""
+    text = f"G90 G94\nG0 X0 Y0 Z50\nPART\nPART\nM30\n%_N_PART_SPF\nPROC {name}\nG1 X9 F500\nRET\n"
+    options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 60.0)}, dialect="siemens")
+    found = [item for item in verne_post.check(text, "verne", options).findings if item.code == "VP023"]
+    assert [(item.line, item.severity) for item in found] == ([(3, "warning")] if said else [])
+    assert not said or f"{said} line names {name}" in found[0].message

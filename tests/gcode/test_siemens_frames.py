@@ -419,6 +419,14 @@ def test_tool_axes_and_the_words_of_orientation(machine):
             assert axis == pytest.approx((1 / math.sqrt(26), 0, 5 / math.sqrt(26)), abs=1e-9)
 
 
+def test_one_angle_follows_a_named_place_but_not_a_vector(machine):
+    head = "G0 X0 Y0 Z60 A0 C0\nTRAORI\nORIWKS\n"
+    both, alone = (poses(machine, f"{head}G1 A10 C20 F500\nX5\nX9 A12{c}") for c in (" C20", ""))
+    assert [(*tip, *angles) for tip, angles in alone] == [(*tip, *angles) for tip, angles in both]
+    with pytest.raises(InputError, match="A alone after tool vectors"):
+        poses(machine, f"{head}G1 A10 C20 F500\nX5 A3=1 C3=5\nX9 A12")
+
+
 def test_a_rotated_frame_rotates_tool_axes(machine):
     text = "G0 X0 Y0 Z60 A0 C0\nTRAORI\nROT Z90\nG1 X5 A3=1 B3=0 C3=5 F500"
     given = Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens")

@@ -278,6 +278,13 @@ def test_a_corner_at_the_pole_turns_c_in_place_and_says_so(word):
     np.testing.assert_array_equal(path.start[1:], path.end[:-1])
 
 
+def test_words_straight_through_the_pole_are_a_great_circle_as_they_are():
+    source = b"G71 G90 F3000\nG0 X0 Y0 Z60 A8 C30\nTRAORI\nORIWKS\nG1 X1\nX20 A-9\nX30\nM30\n"
+    path = assemble(source, SERIAL, Options(tool_length=50.0, wcs=AT_THE_CENTRE, dialect="siemens")).path
+    assert degrees(path)[:, :, 0].tolist() == pytest.approx(np.array([[8, 8], [8, -9], [-9, -9]]), abs=1e-9)
+    assert np.ptp(degrees(path)[:, :, 1]) == 0
+
+
 def test_a_corner_straight_through_the_pole_needs_no_turn():
     prog = program(f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\nG1 X20 I0 J0 K1\nX40 {axis_words(30, 180)}")
     assert found(prog) == []

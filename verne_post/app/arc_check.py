@@ -1,4 +1,4 @@
-"""Arcs of more than half a turn that meet both neighbours at an angle, where another arc would continue them."""
+"""Arcs of half a turn and more that meet both neighbours at an angle, where another arc would continue them."""
 
 import math
 from collections.abc import Iterator
@@ -14,6 +14,8 @@ from verne_post.model.moves import MoveKind, Moves
 
 #: As directions of unit length differ: a degree.
 _NEARLY: Final = math.radians(1.0)
+#: Centres are rounded, and half a turn may be a little less.
+_HALF_TURN_DEG: Final = 179.9
 #: How words of a language say the sense of an arc, and its radius.
 _SENSES: Final = {
     "heidenhain": "DR+ or DR-",
@@ -27,7 +29,7 @@ def check_arcs(moves: Moves) -> Iterator[Finding]:
     found: dict[str, Finding] = {}
     sweeps = np.abs(moves.arcs.sweep)
     large = np.flatnonzero(moves.kind == MoveKind.ARC)
-    large = large[(np.abs(moves.arcs.turns[moves.arc[large]]) == 1) & (sweeps[moves.arc[large]] > 180.0)]
+    large = large[(np.abs(moves.arcs.turns[moves.arc[large]]) == 1) & (sweeps[moves.arc[large]] > _HALF_TURN_DEG)]
     for at in large.tolist():
         doubt = _find_doubt(moves, at)
         if not doubt or (doubt == "radius" and moves.language == "aptcl"):  # whose arcs have no sign

@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
+from verne_post.app.diameter_check import check_diameters
 from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
 from verne_post.app.row_format import find_drives
 from verne_post.app.setup_check import check_setup
@@ -20,6 +21,7 @@ from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import add_table, lay_out
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
+from verne_post.base.stopping import check_wanted
 from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -139,6 +141,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
     """
     draft = read_draft(source, machine, options, team)
     for stage in STAGES:
+        check_wanted()
         draft = stage(draft)
     assert draft.contour is not None
     restored = () if draft.restart is None else draft.restart.switched_events
@@ -289,7 +292,8 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)
-    checked = (*check_setup(moves, path, machine, options), *turns, *find_unexecuted_moves(source, moves))
+    checked = [*check_setup(moves, path, machine, options), *check_diameters(source, moves, options), *turns]
+    checked += find_unexecuted_moves(source, moves)
     findings = tuple(place_at_plane(source, item) for item in (*checked, *moves.findings))
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
 

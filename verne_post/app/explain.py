@@ -29,7 +29,7 @@ from verne_post.app.line_remedies import Line
 from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.plan import plan_program
 from verne_post.app.start_lines import quote_start
-from verne_post.app.tried_remedies import find_end_before_contact
+from verne_post.app.tried_remedies import build_trial, find_end_before_contact
 from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
@@ -108,7 +108,7 @@ def _add_remedies(source: Text, program: Program, shown: Line) -> Line:
     """The same line, with what would bring it within limits; another place is no cure of a motion that is not meant."""
     meant = find_meant_motion(source, program, shown.findings)
     if meant is None:
-        return _add_contact_remedies(source, program, add_line_remedies(shown))
+        return _add_contact_remedies(source, program, add_line_remedies(shown, build_trial(source, program, shown)))
     told = (
         dataclasses.replace(item, remedies=(meant.text,)) if item.severity == "error" else item
         for item in shown.findings
@@ -163,7 +163,8 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     else:
         said.append(f"  {describe_modes(state, program.machine, with_values=True)}")
     if nearest and nearest[-1] > line:
-        first = add_line_remedies(look_at_line(source, program, nearest[-1]))
+        begun = look_at_line(source, program, nearest[-1])
+        first = add_line_remedies(begun, build_trial(source, program, begun))
         start = [item for item in quote_start(source, program, first.findings) if item.line == line]
         if start:  # check has named this line
             said += ["  the program starts at the place that this line names, and moves from there:", ""]

@@ -13,6 +13,7 @@ from verne_post.app.explain_numbers import format_degrees, format_joint, format_
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution, find_travel_margins
 from verne_post.app.line_remedies import (
     Line,
+    Trial,
     describe_kept_angle,
     find_words,
     is_carried_along,
@@ -466,14 +467,14 @@ def _place(line: Line, place: remedies.Place, first: bool) -> str:
     )
 
 
-def add_line_remedies(line: Line) -> Line:
+def add_line_remedies(line: Line, holds: Trial) -> Line:
     """A line whose gravest findings about numbers have what would bring it within limits, where anything does."""
-    asked = [item for item in line.findings if item.code >= "VP1"]
+    asked = [item for item in line.findings if is_about_pose(item.code)]
     if not asked or not remedies.is_movable(line.joints):
         return line
-    gravest, found = find_worst(asked), tuple(propose(line, asked))
+    gravest, found = find_worst(asked), tuple(propose(line, asked, holds))
     told = (
-        dataclasses.replace(one, remedies=found) if one.code >= "VP1" and one.severity == gravest else one
+        dataclasses.replace(one, remedies=found) if is_about_pose(one.code) and one.severity == gravest else one
         for one in line.findings
     )
     return replace(line, findings=tuple(told))
@@ -485,7 +486,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     for item in {item.code: item for item in remedied}.values():
         if remedy := describe_remedy(item, line.options.source_name, find_run(line.options)):
             yield f"{item.code}, remedy: {remedy}"
-    findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
+    findings = [item for item in findings if is_about_pose(item.code)]  # those about the text have no numbers
     if not findings:
         return
     gravest = find_worst(findings)
@@ -516,7 +517,7 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
     if carried and remedies.is_straight(line.exact):
         tried.append("no other end of the line")
     left += _say_where_reach_ends(line, asked)
-    left += dict.fromkeys(filter(None, (describe_kept_angle(line.moves, machine, one, line.number) for one in asked)))
+    left += dict.fromkeys(filter(None, (_describe_kept_angle(line, one) for one in asked)))
     if rotary and machine.module is not None and not in_machine and any(item.code == "VP102" for item in asked):
         fit = f"`{find_run(options).spell('fit', options.source_name)}`"
         left.append(f"the part was not moved, which changes the tilt of the platform: {fit} does")
@@ -527,6 +528,11 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
             else f"retraction and clearance of the cycle that line {line.number} executes were not tried"
         )
     return "; ".join([f"{' and '.join(tried) or 'nothing'} was found", *left])
+
+
+def _describe_kept_angle(line: Line, item: Finding) -> str:
+    at_start = remedies.is_beyond_at_start(line.exact, item)
+    return describe_kept_angle(line.moves, line.joints.machine, item, line.number, at_start=at_start)
 
 
 def _say_where_reach_ends(line: Line, asked: Sequence[Finding]) -> list[str]:

@@ -4,7 +4,8 @@ Every proposal has been checked along the whole line before it is reported.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 from typing import Any, Final
 
 import numpy as np
@@ -12,7 +13,7 @@ from msgspec import Struct
 
 from verne_post.app.explain_numbers import format_list, format_mm, format_number
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.program_lines import goes_to_reference
+from verne_post.base.program_lines import change_vector, goes_to_reference
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, MM_PER_INCH
 from verne_post.gcode.machining.state import State
@@ -30,6 +31,10 @@ from verne_post.model.verdict import find_worst
 CONTACTS: Final = ("VP215", "VP216")
 #: A joint and a word differ by the platform's tilt to within rounding, degrees.
 _SAME_DEG: Final = 1e-6
+#: So many tilts of an end, and branches, are tried on the program, the nearest first.
+_TRIED: Final = 3
+#: Whether the line has no errors with some words, and the program no others.
+Trial = Callable[[Sequence[Remedy]], bool]
 
 
 class Line(Struct, frozen=True, eq=False):
@@ -113,36 +118,47 @@ def is_of_cycle(line: Line) -> bool:
     return int(MoveKind.RAPID) in kinds and len(kinds) > 1
 
 
-def describe_kept_angle(moves: Moves, machine: Machine, item: Finding, number: int) -> str:
-    """Which line before a line gave the angle with which it breaks the travel of a rotary joint; else empty."""
+def describe_kept_angle(moves: Moves, machine: Machine, item: Finding, number: int, *, at_start: bool = False) -> str:
+    """Which line before a line gave the angle with which it breaks the travel of a rotary joint; else empty.
+
+    ``at_start``: the line breaks it where it begins, and may leave the angle.
+    """
     rows = np.flatnonzero(moves.line == number)
     if item.code not in remedies.ROTARY_CODES or not len(rows):
         return ""
     of = remedies.ROTARY_CODES.index(item.code)
-    angles = moves.end[: int(rows[-1]) + 1, machine.coordinates.rotary[of]]
-    differs = np.flatnonzero(np.abs(angles - angles[-1]) > _SAME_DEG)
-    given = int(differs[-1]) + 1 if len(differs) else 0
+    axis = machine.coordinates.rotary[of]
+    given = _find_giving_row(moves, int(rows[-1]), axis)
+    if at_start := at_start and given >= rows[0]:
+        given = _find_giving_row(moves, int(rows[0]) - 1, axis)
     line = int(moves.line[given])
-    if given >= rows[0] or line <= 0 or not np.isfinite(angles[given:]).all():
+    if not 0 <= given < rows[0] or line <= 0 or not np.isfinite(moves.end[given, axis]):
         return ""
-    word = f"{machine.rotary_letters[of]} {format_number(float(angles[-1]), 4)}"
-    return f"line {number} keeps {word} of line {line}: correct line {line} first"
+    word = f"{machine.rotary_letters[of]} {format_number(float(moves.end[given, axis]), 4)}"
+    return f"line {number} {'begins at' if at_start else 'keeps'} {word} of line {line}: correct line {line} first"
 
 
-def propose(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+def _find_giving_row(moves: Moves, row: int, *axes: int) -> int:
+    """The row from which on some rotary words are those of a row; -1 for a row of -1."""
+    angles = moves.end[: row + 1][:, axes]
+    differs = np.flatnonzero((np.abs(angles - angles[-1:]) > _SAME_DEG).any(axis=1))
+    return int(differs[-1]) + 1 if len(differs) else min(row, 0)  # the program starts at the place of its first move
+
+
+def propose(line: Line, findings: Sequence[Finding], holds: Trial) -> Iterator[str]:
     """What would bring the line within limits, or would remove its warnings where it has no errors, in numbers."""
-    yield from (remedy.text for remedy in propose_turns(line, findings))
+    yield from (remedy.text for remedy in propose_turns(line, findings, holds))
     gravest = find_worst(findings)
     yield from _propose_shifts(line, [item for item in findings if item.severity == gravest])
 
 
-def propose_turns(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
+def propose_turns(line: Line, findings: Sequence[Finding], holds: Trial) -> Iterator[Remedy]:
     """Other angles of the table that bring the line within limits, the part where it is: less tilt, another branch."""
     gravest = find_worst(findings)
-    yield from _propose_tilts(line, [item for item in findings if item.severity == gravest])
+    yield from _propose_tilts(line, [item for item in findings if item.severity == gravest], holds)
     errors = [item for item in findings if item.severity == gravest == "error"]
     if not all(is_carried_along(line.options, item, line.frame.system) for item in errors):
-        yield from _propose_branches(line)
+        yield from _propose_branches(line, holds)
 
 
 def is_carried_along(options: Options, item: Finding, system: int) -> bool:
@@ -159,29 +175,44 @@ def is_carried_along(options: Options, item: Finding, system: int) -> bool:
     return bool(touched) and all(isinstance(one, OwnStock) or one.system == system for one in touched)
 
 
-def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
-    """Less tilt at the end of a straight line, where the table leaves its travel."""
+def _propose_tilts(line: Line, findings: Sequence[Finding], holds: Trial) -> Iterator[Remedy]:
+    """Less tilt at the end of a straight line, where the table leaves its travel, in the words of the line."""
     joints = line.exact
     if not remedies.is_straight(joints):
         return
     for item in findings:
         place = remedies.place_of(joints, item) if item.code == "VP102" else None
-        tilt = remedies.find_legal_end_tilt(joints, place) if place is not None else None
-        if tilt is None:
+        if place is None:
             continue
         tip, angles = joints.pose(joints.contour, np.array([0]), np.array([1.0]))
-        letter, at = joints.machine.rotary_letters[0], joints.machine.coordinates.rotary[0]
-        now, then = (
-            joints.machine.coordinates.map_from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[at]
-            for a in (angles[0, 0], tilt)
-        )
-        stands = _describe_joint(joints, tip[0], tilt, angles[0, 1], then)
-        text = (
-            f"within limits if the line ends at {letter} {format_number(then, 3)} instead of {letter} "
-            f"{format_number(now, 6)}, tip and {joints.machine.rotary_letters[1]} as they are{stands}"
-        )
-        # in radians meanwhile: 101 would be 100.99999999998437
-        yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(format_number(now, 6))))
+        now = joints.machine.coordinates.map_from_table(tip[0], angles[0], line.frame)
+        for tilt in islice(remedies.list_legal_end_tilts(joints, place), _TRIED):
+            then = joints.machine.coordinates.map_from_table(tip[0], np.array([tilt, angles[0, 1]]), line.frame)
+            remedy = _name_tilt(line, tip[0], (tilt, float(angles[0, 1])), now, then)
+            if remedy is not None and holds([remedy]):
+                yield remedy
+                break
+
+
+def _name_tilt(line: Line, tip: Array, angles: tuple[float, float], now: Array, then: Array) -> Remedy | None:
+    """Another tilt at the end of a line as its words; None for a tool axis that the line does not write out."""
+    coordinates, (letter, other) = line.joints.machine.coordinates, line.joints.machine.rotary_letters
+    at, moves = coordinates.rotary[0], line.moves
+    vector = coordinates.find_tool_axis(then.tolist(), line.frame)
+    words = None if vector is None else change_vector(line.text, moves.language, vector.tolist())
+    if words is None and not moves.find_named(np.array([line.move]))[0]:
+        return None
+    if words is not None:
+        text = f"within limits if the line ends with the tool axis {words[1]} instead of {words[0]}, the tip as it is"
+        return Remedy(text, words[1], line=line.number, misspelt=words[0], turns=True)
+    value = format_number(then[at], 3)
+    stands = _describe_joint(line.exact, tip, *angles, float(then[at]))
+    text = (
+        f"within limits if the line ends at {letter} {value} instead of {letter} {format_number(now[at], 6)}, "
+        f"tip and {other} as they are{stands}"
+    )
+    # in radians meanwhile: 101 would be 100.99999999998437
+    return Remedy(text, value, line=line.number, word=(letter, float(format_number(now[at], 6))))
 
 
 def _describe_joint(joints: JointPath, tip: Array, tilt: float, turn: float, word: float) -> str:
@@ -202,19 +233,39 @@ def _describe_joint(joints: JointPath, tip: Array, tilt: float, turn: float, wor
     )
 
 
-def _propose_branches(line: Line) -> Iterator[Remedy]:
-    joints = line.joints
-    for branch in remedies.find_legal_branches(joints):
-        tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
-        words = joints.machine.coordinates.map_from_table(tip[0], branch.apply_to(angles[0]), line.frame)
-        tilt, turn = joints.machine.rotary_letters
-        a, c = (format_number(words[axis]) for axis in joints.machine.coordinates.rotary)
-        name = f"the other {name_solution(joints.machine.coordinates)}" if branch.flip else f"another turn of {turn}"
-        yield Remedy(
-            f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
-            f"(the {joints.machine.rotary_side} must begin the line on that side)"
-        )
-        return  # the nearest one
+def _propose_branches(line: Line, holds: Trial) -> Iterator[Remedy]:
+    """The nearest other branch, as the words of the lines that give the angles at both ends of the line."""
+    machine, moves, exact = line.joints.machine, line.moves, line.exact
+    axes = machine.coordinates.rotary
+    own = np.flatnonzero(moves.line == line.number)
+    if line.move < 0 or not len(own) or not moves.find_named(own).all():
+        return  # a control chooses the branch of a tool axis itself
+    given = [_find_giving_row(moves, row, *axes) for row in (int(own[0]) - 1, int(own[-1]))]
+    for branch in islice(remedies.find_legal_branches(line.joints), _TRIED):
+        element, w = np.array([0, line.last]), np.array([0.0, 1.0])
+        tips, angles = exact.pose(exact.contour, element, w)
+        said, words = [], list[Remedy]()
+        ends = {row: (tip, now) for row, tip, now in zip(given, tips, angles, strict=True) if row >= 0}
+        for row, (tip, now) in sorted(ends.items(), reverse=True):
+            then = machine.coordinates.map_from_table(tip, branch.apply_to(now), line.frame)
+            pairs = [
+                (letter, format_number(then[axis]), axis)
+                for letter, axis in zip(machine.rotary_letters, axes, strict=True)
+            ]
+            number = int(moves.line[row])
+            said.append(f"line {number} ends at {', '.join(f'{letter} {value}' for letter, value, _axis in pairs)}")
+            words += [
+                Remedy("", value, line=number, word=(letter, float(moves.end[row, axis])))
+                for letter, value, axis in pairs
+            ]
+        if words and holds(words):
+            name = (
+                f"the other {name_solution(machine.coordinates)}"
+                if branch.flip
+                else f"another turn of {machine.rotary_letters[1]}"
+            )
+            yield Remedy(f"{name}: {' and '.join(said)} with the same tool axis")
+            return
 
 
 def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.arc_check import check_arcs
+from verne_post.app.height_check import check_heights
 from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
     check_direction,
@@ -20,6 +21,7 @@ from verne_post.app.spindle_check import (
     check_spindle,
     check_tool_change,
 )
+from verne_post.base.arrays import Ints
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
@@ -45,6 +47,10 @@ from verne_post.model.plausibility import PLAUSIBLE, compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
+
+#: A feed rate below it, mm/min, that other cuts of the program exceed so many times, mostly is in m/min.
+_SLOW_FEED: Final = 5.0
+_TIMES_FASTER: Final = 100.0
 
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
@@ -96,7 +102,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
-    found += [*_check_tolerances(moves, path), *_check_feeds(moves, path), *_find_idle_tolerances(moves, path, options)]
+    found += [*_check_tolerances(moves, path), *_check_feeds(moves, path), *_check_slow_feed(moves, path)]
+    found += _find_idle_tolerances(moves, path, options)
     planes = [*_check_planes(moves, path, machine)]
     found += [
         *_check_directions(moves, path, machine),
@@ -114,6 +121,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *_check_uncalled_tools(moves, options),
         *check_senses(moves, machine.coordinates),
         *check_arcs(moves),
+        *check_heights(moves),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
@@ -140,14 +148,16 @@ def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
 
 
 def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
-    """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program."""
+    """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program.
+
+    F that was meant as mm/min under G93 leads to such a rate where the move is long.
+    """
     rate, turn = PLAUSIBLE["feed rate"], PLAUSIBLE["feed per turn"]
-    for begin, end in iterate_blocks(len(path)):
-        ways = measure_rows(path.end[begin:end, :3] - path.start[begin:end, :3])
-        move = path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
+    for move in _iterate_cuts(path):
         feed, mode = moves.feed[move], moves.feed_mode[move]
         per_turn = mode == FeedMode.PER_REVOLUTION
-        beyond = ((mode == FeedMode.PER_MINUTE) & (feed > rate.high)) | (per_turn & (feed > turn.high))
+        inverse = (mode == FeedMode.INVERSE) & (moves.kind[move] == MoveKind.FEED)
+        beyond = (((mode == FeedMode.PER_MINUTE) | inverse) & (feed > rate.high)) | (per_turn & (feed > turn.high))
         for at in np.flatnonzero(beyond)[:1].tolist():
             line, plausible = int(moves.line[move[at]]), turn if per_turn[at] else rate
             text = (
@@ -156,11 +166,43 @@ def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
             )
             right, edits = _propose_feed_a_minute(moves, int(move[at])) if per_turn[at] else ("", ())
             text += right or "is a decimal point missing?"
+            if inverse[at]:
+                seconds = float(moves.seconds[move[at]])
+                text = (
+                    f"F{60.0 / seconds:.6g} is a time in G93, {seconds:.3g} s for this move, which is {feed[at]:.6g} "
+                    f"{rate.unit}: no {rate.whose} has more than {rate.high:g}; if mm/min were meant, write G94 before"
+                )
+                edits = (Remedy("write G94", "G94", line=line, way="before", is_choice=True),)
             # ten times as much is no cut at all: the machining time would be that of the machine's own limits
             severity = "error" if per_turn[at] and feed[at] >= 10.0 * turn.high else "warning"
             where = {"line": line, "last_line": line, "worst_line": line}
             yield make_finding("VP505", text, severity=severity, edits=edits, **where)
             return
+
+
+def _iterate_cuts(path: ToolPath) -> Iterator[Ints]:
+    """Numbers of the moves, block by block, that carry the tip at a feed rate."""
+    for begin, end in iterate_blocks(len(path)):
+        ways = measure_rows(path.end[begin:end, :3] - path.start[begin:end, :3])
+        yield path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
+
+
+def _check_slow_feed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP505: the first cut at a feed rate that is mostly in m/min: others are so many times faster."""
+    first, fastest = -1, 0.0
+    for move in _iterate_cuts(path):
+        move = move[moves.feed_mode[move] == FeedMode.PER_MINUTE]
+        slow = move[moves.feed[move] < _SLOW_FEED]
+        first = int(slow[0]) if first < 0 and len(slow) else first
+        fastest = max(fastest, float(moves.feed[move].max(initial=0.0)))
+    if first < 0 or fastest < _TIMES_FASTER * moves.feed[first]:
+        return
+    line, feed = int(moves.line[first]), moves.feed[first]
+    text = (
+        f"F is {feed:.10g} mm/min here, and up to {fastest:.10g} mm/min in other cuts: if it is in m/min, it must be "
+        f"{1e3 * feed:.10g} mm/min"
+    )
+    yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
 
 
 def _propose_feed_a_minute(moves: Moves, cut: int) -> tuple[str, tuple[Remedy, ...]]:
@@ -169,14 +211,16 @@ def _propose_feed_a_minute(moves: Moves, cut: int) -> tuple[str, tuple[Remedy, .
     if not code:
         return "if mm/min were meant, write MMPM in its FEDRAT", ()
     before = Remedy(f"write {code}", code, line=line, way="before", is_choice=True)
-    g95, first = next((one for one in reversed(moves.turn_feeds) if one[1] <= cut), (0, 0))
-    if not g95:
+    active, first = next((one for one in reversed(moves.turn_feeds) if one[1] <= cut), (0, 0))
+    if not active:
         return f"if mm/min were meant, write {code} before", (before,)
-    instead = Remedy("write G94", "94", line=g95, word=("G", 95.0), is_choice=True)
-    # a cut or a tapped hole that has taken G95 already may be why it was written
+    word = ("M", 136.0) if code == "M137" else ("G", 95.0)
+    instead = Remedy(f"write {code}", code[1:], line=active, word=word, is_choice=True)
+    why = f"{word[0]}{word[1]:g} of line {active} is active: if mm/min were meant, write {code}"
+    # a cut or a tapped hole that has taken F a turn already may be why it was written
     if np.any(np.isfinite(moves.feed[first:cut]) & (moves.kind[first:cut] != MoveKind.DWELL)):
-        return f"G95 of line {g95} is active: if mm/min were meant, write G94 before this cut", (before, instead)
-    return f"G95 of line {g95} is active: if mm/min were meant, write G94 in its place", (instead,)
+        return f"{why} before this cut", (before, instead)
+    return f"{why} in its place", (instead,)
 
 
 def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:

@@ -10,6 +10,7 @@ from verne_post.app.assemble import Program
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.ragged import number_parts
+from verne_post.base.stopping import check_wanted
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_moving
 from verne_post.kinematics.checks.moving import Moving, build_spindle
@@ -85,7 +86,12 @@ def settle_stock(
     stock = _make_stock(box)
     spans, tools, skipped = list_spans(program, joints, keep_out.moving, last)
     total = len(spans.line)
-    report = None if progress is None else lambda done: progress("cutting the stock", done, total)
+
+    def report(done: int) -> None:
+        check_wanted()
+        if progress is not None:
+            progress("cutting the stock", done, total)
+
     cut = cut_stock(stock, spans, tools, box.distance, report, only_first=only_first and not skipped)
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     coordinates, cell = program.machine.coordinates, float(stock.cell.max())

@@ -4,19 +4,20 @@ A work offset and an option are tried on the whole program; a tilt, another bran
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
-from verne_post.app.constraints import check_program, guard_joints
+from verne_post.app.constraints import check_line, check_program, guard_joints
 from verne_post.app.contact_remedies import TRIED_ELEMENTS, propose_heights
 from verne_post.app.explain_numbers import format_list, format_number
 from verne_post.app.line_remedies import (
     CONTACTS,
     Line,
+    Trial,
     is_carried_along,
     propose_depth,
     propose_ends,
@@ -26,7 +27,7 @@ from verne_post.app.line_remedies import (
 from verne_post.app.meant_motion import find_meant_motion
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
-from verne_post.base.program_lines import find_machine_code, find_word, find_word_of
+from verne_post.base.program_lines import add_angle, change_number, find_machine_code, find_word, find_word_of
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import is_in_inches, read_as_mm
@@ -60,6 +61,8 @@ FAR_MM: Final = 300.0
 #: A part that is raised by no more than this, mm, is not moved along other axes; nor for less than half of the way.
 NEAR_MM: Final = 10.0
 RAISED: Final = 2.0
+#: A component of a move that is no larger than this share of the largest one is left out where nothing needs it.
+TRACE: Final = 0.1
 #: A proposed offset is rounded to this, mm, away from where it was: people do not set hundredths.
 ROUND_MM: Final = 0.1
 #: In a program in inches.
@@ -103,7 +106,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         return _put_cause(in_inches, [one for one in findings if not _is_about_unit(one)])
     word = None
     if is_short and meant is None:
-        word = _find_forgotten_g91(source, program, errors) or _find_word(source, program, joints, errors)
+        word = _find_forgotten_g91(source, program, errors) or _find_lost_point(source, program, errors)
+        word = word or _find_word(source, program, joints, errors)
     if can_help:  # a sign explains a part under the table better than a word of the program does
         word = _find_slip_of_setup(source, program, movable, is_far=offset is None and word is None) or word
     chosen: dict[object, Finding] = {}
@@ -215,9 +219,9 @@ def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, of
     if offset.value and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
         yield offset
     elif find_family(item.code) != Family.BRANCH:
-        line = _find_line(program, joints, item.line)
+        line = _find_line(program, joints, item.line, source)
         if line is not None:
-            for one in propose_turns(line, [item]):
+            for one in propose_turns(line, [item], build_trial(source, program, line)):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         moves = line is not None or item.code not in CONTACTS  # not where it starts: an offset does not say how it came
         tried = moves and item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
@@ -242,7 +246,11 @@ def list_ends(source: Text, program: Program, item: Finding) -> list[Remedy]:
     line = _find_line(program, guard_joints(program), item.line, source)
     if line is None:
         return []
-    return [*propose_heights(source, program, line, item), *propose_ends(line, warnings=False)]
+    ends = list(propose_ends(line, warnings=False))
+    deep = [one for one in ends if one.word[0] == "Z" and one.word[1] < 0.0]
+    # a Z below the part may have a sign too many: whoever asks tries the edit
+    unsigned = [dataclasses.replace(one, value=format_number(-one.word[1]), is_choice=True) for one in deep]
+    return [*propose_heights(source, program, line, item), *unsigned, *ends]
 
 
 def _find_line(program: Program, joints: Any, number: int | None, source: Text = b"") -> Line | None:
@@ -282,6 +290,48 @@ def _name_left(codes: Sequence[str]) -> str:
     return f"{named} {'remains' if len(codes) == 1 else 'remain'}"
 
 
+def build_trial(source: Text, program: Program, line: Line) -> Trial:
+    """Whether words leave a line no errors, and other lines no errors and no turns of the table that they had not."""
+    before: list[set[tuple[object, ...]]] = []
+
+    def holds(words: Sequence[Remedy]) -> bool:
+        lines = bytes(source).split(b"\n")
+        for word in words:
+            changed = _change_line(lines[word.line - 1].decode("utf-8", errors="replace"), word)
+            if changed is None:
+                return False
+            lines[word.line - 1] = changed.encode()
+        try:
+            made = assemble(b"\n".join(lines), program.machine, program.options, program.team)
+            if len(program.contour) > TRIED_ELEMENTS:
+                return not _list_errors(check_line(made, select_line(guard_joints(made), line.number), line.number))
+            after = check_program(made)[1]
+        except InputError:
+            return False
+        before[:] = before or [_list_places(check_program(program)[1])]
+        is_mended = all(line.number not in _list_lines(one) for one in _list_errors(after))
+        return is_mended and _list_places(after) <= before[0]
+
+    return holds
+
+
+def _list_places(findings: Sequence[Finding]) -> set[tuple[object, ...]]:
+    told = [*_list_errors(findings), *(one for one in findings if one.code == "VP301")]
+    return {(one.code, one.axis, number) for one in told for number in _list_lines(one)}
+
+
+def _list_lines(item: Finding) -> Sequence[int]:
+    return item.lines or range(item.line or 0, (item.last_line or item.line or 0) + 1)
+
+
+def _change_line(text: str, remedy: Remedy) -> str | None:
+    """A line with a remedy in its words; None where it does not have them, as in a loop or in G91."""
+    if remedy.misspelt:
+        return text.replace(remedy.misspelt, remedy.value, 1)
+    word = find_word_of(text, *remedy.word)
+    return add_angle(text, remedy.word[0], remedy.value) if word is None else change_number(text, word, remedy.value)
+
+
 # --- one word of the program ---------------------------------------------------------------------------------
 
 
@@ -302,7 +352,7 @@ def _find_forgotten_g91(source: Text, program: Program, errors: Sequence[Finding
         said, lines[number - 1] = f"G90 stands below line {number}, whose G91", lines[number - 1] + b"\nG90"
     else:
         said = f"line {number} has G90 instead of G91, which"
-        lines[number - 1] = f"{text[: word.start(2)]}90{text[word.end(2) :]}".encode()
+        lines[number - 1] = change_number(text, word, "90").encode()
     if not _is_right_with(b"\n".join(lines), program):
         return None
     text = f"within limits if {said} makes the values from there on distances"
@@ -340,12 +390,45 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
         steps = np.ceil(np.round(abs(float(one.value) - now) / step, 6)) + np.arange(least, 2.0)
         for then in now + np.sign(float(one.value) - now) * steps * step:
             value = format_number(then)
-            changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
-            if _is_right_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program):
+            changed = change_number(text, word, value)
+            if _is_right_with(b"\n".join([*lines[: start - 1], changed.encode(), *lines[start:]]), program):
                 there = "has" if is_hole else "ends at"
                 said = f"within limits if line {start} {there} {letter} {value} instead of {word[2].rstrip('.')}"
                 return Remedy(said, value, line=start, word=one.word)
     return None
+
+
+def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+    """X, Y or Z of the first line of errors with the decimal point that it may have lost; checked with it.
+
+    With the point it is between the numbers of this letter before and behind it.
+    """
+    number = min(item.line or 0 for item in errors)
+    lines = bytes(source).split(b"\n")
+    text = lines[number - 1].decode("utf-8", errors="replace")
+    for letter in "XYZ":
+        word = find_word(text, letter)
+        digits = "" if word is None else word[2].lstrip("+-")
+        if word is None or len(digits) < len("10") or not digits.isdecimal():
+            continue
+        around = (_find_nearest(one, letter) for one in (reversed(lines[: number - 1]), lines[number:]))
+        beside = [one for one in around if one is not None]
+        sign = word[2].removesuffix(digits)
+        for at in range(len(digits) - 1, 0, -1):
+            value = f"{sign}{digits[:at]}.{digits[at:]}".removeprefix("+")
+            if len(beside) != 2 or not min(beside) <= float(value) <= max(beside):
+                continue
+            changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
+            if _is_right_with(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program):
+                said = f"{letter}{value} may be meant in line {number}, its point is missing: within limits with it"
+                return Remedy(said, value, line=number, word=(letter, float(word[2])), is_choice=True)
+    return None
+
+
+def _find_nearest(lines: Iterable[bytes], letter: str) -> float | None:
+    """The number of a letter in the first of some lines that has it."""
+    words = (find_word(one.decode("utf-8", errors="replace"), letter) for one in lines)
+    return next((float(one[2]) for one in words if one is not None), None)
 
 
 def find_end_before_contact(source: Text, program: Program, line: Line) -> str | None:
@@ -377,8 +460,8 @@ def find_end_before_contact(source: Text, program: Program, line: Line) -> str |
     for then in first - way * step * np.arange(3):  # a contact begins within one cell
         if way * (then * scale - float(begin[axis])) < ROUND_MM:
             return None
-        changed = f"{said[: word.start(2)]}{format_number(then)}{said[word.end(2) :]}".encode()
-        text = b"\n".join([*lines[: line.number - 1], changed, *lines[line.number :]])
+        changed = change_number(said, word, format_number(then))
+        text = b"\n".join([*lines[: line.number - 1], changed.encode(), *lines[line.number :]])
         try:
             found = check_program(assemble(text, machine, program.options, program.team))[1]
         except InputError:
@@ -470,12 +553,29 @@ def _find_offset(
             break
     if not np.isfinite(best[1]):
         return None
+    offset, moved_mm = _leave_out_traces(source, program, system, offset, moved_mm, left)
     name = name_system(system)
     then = format_list((*offset.origin_mm, *([offset.turn_deg] if offset.turn_deg else [])))
     moved = f"if the part is moved by {format_list(moved_mm)} mm (then {name} = {then})"
     none_given = "no work offset was given; " if given is None else ""
     what = f"the other errors are gone {moved}; {_name_left(left)}" if left else f"within limits {moved}"
     return Remedy(f"{none_given}{what}", f"[{then}]", key=("wcs", name)), best[1]
+
+
+def _leave_out_traces(
+    source: Text, program: Program, system: int, offset: WorkOffset, moved: Array, left: Sequence[str]
+) -> tuple[WorkOffset, Array]:
+    """A work offset, and its move (3,), mm, without small components that the program does not need."""
+    for axis in np.argsort(np.abs(moved))[:2].tolist():
+        if not 0.0 < abs(moved[axis]) <= TRACE * np.abs(moved).max():
+            continue
+        less = np.where(np.arange(3) == axis, 0.0, moved)
+        x, y, z = (round(float(value), 6) for value in np.array(offset.origin_mm) - moved + less)
+        there = dataclasses.replace(offset, origin_mm=(x, y, z))
+        found = _find_errors_with(source, program, wcs={**program.options.wcs, system: there})
+        if found is not None and set(found) <= set(left):
+            offset, moved = there, less
+    return offset, moved
 
 
 def find_legal_offsets(

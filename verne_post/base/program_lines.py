@@ -69,3 +69,49 @@ def find_word_of(line: str, letter: str, value: float) -> re.Match[str] | None:
     """
     found = [one for one in _list_words(line, letter) if math.isclose(float(one[2]), value, abs_tol=LIMIT_SLACK_MM)]
     return found[0] if len(found) == 1 else None
+
+
+#: What gives a tool axis, by language; of G-code, I J K.
+_VECTOR_LETTERS: Final = {"siemens": ("A3", "B3", "C3"), "heidenhain": ("TX", "TY", "TZ")}
+_NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?"
+#: The tool axis of a CL file, behind the point.
+_GOTO: Final = re.compile(rf"GOTO\s*/(?:\s*{_NUMBER}\s*,){{3}}" + ",".join([rf"\s*({_NUMBER})\s*"] * 3), re.IGNORECASE)
+
+
+def change_number(line: str, word: re.Match[str], value: str) -> str:
+    """A line with another number in a word of :func:`find_word`, which keeps its sign and point where it can."""
+    return f"{line[: word.start(2)]}{write_like(word[2], value)}{line[word.end(2) :]}"
+
+
+def write_like(number: str, value: str, language: str = "") -> str:
+    """A number as another one is written: with its point, and its sign, which most numbers of Klartext have."""
+    value = value if "." in value or "." not in number else f"{value}."
+    has_sign = number.startswith("+") or (number.startswith("-") and language == "heidenhain")
+    return f"+{value}" if has_sign and not value.startswith("-") else value
+
+
+def add_angle(line: str, letter: str, value: str) -> str | None:
+    """A line that gets a rotary word, behind its last linear one; None where it has no such word, or this letter."""
+    if re.search(rf"(?<![A-Za-z_]){letter}(?![A-Za-z])", remove_remarks(line), re.IGNORECASE):
+        return None
+    ends = [
+        one.end() for one in re.finditer(rf"(?<![A-Za-z_])[XYZ][ \t]*=?[ \t]*{_NUMBER}", remove_remarks(line), re.I)
+    ]
+    return f"{line[: ends[-1]]} {letter}{value}{line[ends[-1] :]}" if ends else None
+
+
+def change_vector(line: str, language: str, vector: Iterable[float]) -> tuple[str, str] | None:
+    """The words of a tool axis as they stand in a line, and with another one; None where it is not written out."""
+    if language == "aptcl":
+        found = _GOTO.search(remove_remarks(line, language))
+        words = [] if found is None else [(found.start(group), *found.span(group)) for group in (1, 2, 3)]
+    else:
+        letters = (find_word(line, letter) for letter in _VECTOR_LETTERS.get(language, "IJK"))
+        words = [(word.start(), *word.span(2)) for word in letters if word is not None]
+    if len(words) < 3:
+        return None
+    begin, end, changed = min(word[0] for word in words), max(word[2] for word in words), line
+    for (_start, first, last), value in sorted(zip(words, vector, strict=True), reverse=True):
+        number = f"{value:.7f}".rstrip("0").rstrip(".")
+        changed = f"{changed[:first]}{write_like(line[first:last], number)}{changed[last:]}"
+    return line[begin:end], changed[begin : len(changed) - len(line) + end]

@@ -55,8 +55,8 @@ def format_identification(report: IdentificationReport) -> str:
 def _write_lines(report: IdentificationReport) -> Iterator[str]:
     result, sigma, data = report.result, report.sigma, report.data
     settings = len(np.unique(data.setting))
-    shared = f"{format_count(settings, 'setting')} of the sliders"
-    yield f"{report.source}: {len(data.line)} rows, {shared}; {report.machine.name} ({report.machine.kind})"
+    rows = f"{format_count(len(data.line), 'row')}, {format_count(settings, 'setting')} of the sliders"
+    yield f"{report.source}: {rows}; {report.machine.name} ({report.machine.kind})"
     tilt = f"tilts {DEG_PER_RAD * sigma.tilt:g} deg"
     if math.isinf(sigma.tilt) or not np.isfinite(data.pose[:, 3]).any():
         tilt = "tilts not used"

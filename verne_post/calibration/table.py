@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.numbers import read_number as read_plain
 from verne_post.base.printable import join_names
 from verne_post.base.text_marks import decode_text
@@ -72,6 +73,11 @@ def _read_rows(text: str) -> list[tuple[int, list[str]]]:
 
 def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], optional: Sequence[str]) -> None:
     known = (*needed, *optional)
+    if other := describe_kind(",".join(header).encode(), "a file of readings"):
+        raise make_input_error("VP502", other, line=line)
+    if len(header) == 1 and (mark := next((one for one in ";\t" if one in header[0]), "")):
+        text = f"the names in its first line have {'a tab' if mark == chr(9) else mark} between them; write commas"
+        raise make_input_error("VP502", text, line=line)
     if not any(name in known or difflib.get_close_matches(name, known, n=1) for name in header):
         text = f"no file of readings: no column of {', '.join(needed)} is named in its first line"
         raise make_input_error("VP502", text, line=line)

@@ -116,8 +116,9 @@ def command(
         verdict = find_verdict(find_exit_status(error.findings), error.findings)
         _report_failure(files, report_files, github, verdict, str(error), error.findings)
         return refuse(inputs[0], error)
-    except click.UsageError as error:
-        _report_failure(files, report_files, github, Verdict.USAGE_ERROR, error.message, ())
+    except (click.UsageError, Unreadable) as error:
+        text = error.message if isinstance(error, click.UsageError) else str(error)
+        _report_failure(files, report_files, github, Verdict.USAGE_ERROR, text, ())
         raise
     from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
     from verne_post.output.findings import Report, drop_repeated

@@ -239,6 +239,7 @@ def _check_one(
 
     shown, begin = show_name(name), time.perf_counter()
     source: Text = b""
+    files.tables.clear()
     with show_progress(f"reading {shown}", quiet=quiet) as progress:
         try:
             options = build_options(files, shown, name, **given)

@@ -27,6 +27,8 @@ _NO_PROGRAMS = dict.fromkeys((".md", ".rst", ".html", ".htm", ".pdf", ".docx"), 
     ".tbl": "a tool table",
     ".toml": "a machine file, a set-up or settings",
 }
+#: Endings of files that may be another input of a command.
+_OF_OTHER_KINDS = (".toml", ".stl")
 #: A text of more bytes is not held in memory.
 LONG_TEXT = 1 << 22
 
@@ -131,15 +133,19 @@ def read_program_text(
     From standard input they come from the current folder, and only where ``--subroutine-path`` asks for them.
     """
     from verne_post.app.source_text import check_source_text
+    from verne_post.base.file_kinds import describe_kind
     from verne_post.config.subprograms import collect_subprograms
     from verne_post.model.findings import UsageError, make_input_error
     from verne_post.output.commands import find_run
 
-    kind = _NO_PROGRAMS.get(Path(name).suffix.lower())
+    suffix = Path(name).suffix.lower()
+    kind = _NO_PROGRAMS.get(suffix)
+    source = _read_text(files, name, options.max_megabytes) if kind is None or suffix == ".toml" else b""
+    if suffix in _OF_OTHER_KINDS and (other := describe_kind(source[:], "a program", show_name(name))):
+        raise make_input_error("VP022", other)
     if kind is not None:
         text = f"{show_name(name)} is no NC program: {Path(name).suffix} is {kind}; name a program (.nc, .mpf, .h)"
         raise make_input_error("VP022", text)
-    source = _read_text(files, name, options.max_megabytes)
     check_source_text(source, show_name(name))
     if source.startswith(b"t_s,"):
         raise make_input_error(

@@ -57,7 +57,12 @@ class FileError(Exception):
 
 
 class Unreadable(FileError):
-    """A file cannot be read."""
+    """A file cannot be read; ``line`` is printed, with a code where no option names the file."""
+
+    def __init__(self, shown: str, why: object) -> None:
+        super().__init__(f"{shown}: {why}")
+        head = "Error: {}: " if shown.startswith("-") else "{}: VP022 error: "
+        self.line = make_printable(f"{head.format(shown)}{why}")
 
 
 #: Codes of findings about what a set-up says of tools and bodies, where no line of the program is meant.
@@ -111,7 +116,7 @@ class RunFiles:
         self._output: str | None = None
         self._input_bytes: bytes | None = None
         self._asked: set[str] = set()
-        #: Names of TOML files in the order of reading; `batch` empties it before the options of each program.
+        #: Names of TOML files in the order of reading; emptied before the options of each of several programs.
         self.tables: list[str] = []
         for stream in (sys.stdout, sys.stderr):
             self._written.update(dict.fromkeys(_make_stream_keys(stream), ("standard output", "")))
@@ -239,14 +244,13 @@ class RunFiles:
         return ""
 
     def _list_tables(self) -> "Iterator[tuple[str, str]]":
-        """Names and texts of the TOML files that the run has read, the last one first."""
+        """Names and texts of the TOML files read for this program, the last one first."""
         from verne_post.base.text_marks import decode_text
 
-        for _what, name in reversed(self._read.values()):
-            if not is_dash(name) and show_name(name).endswith(".toml"):
-                with suppress(OSError, UnicodeError):
-                    raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
-                    yield _show_near(show_name(name)), decode_text(raw)
+        for name in dict.fromkeys(reversed(self.tables)):
+            with suppress(OSError, UnicodeError):
+                raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
+                yield _show_near(show_name(name)), decode_text(raw)
 
     # --- writing -----------------------------------------------------------------------------------
 
@@ -429,7 +433,7 @@ def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
         elif error.errno == errno.EISDIR:
             why = "is a folder" + ("; check and batch take folders" if what == PROGRAM else "")
         shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)
-        raise Unreadable(f"{shown}: {why}") from None
+        raise Unreadable(shown, why) from None
 
 
 def _make_keys(name: _Name) -> tuple[object, ...]:

@@ -138,7 +138,7 @@ def run_job(job: Job) -> Outcome:
     """Convert one program, unless that has been done: whatever happens to it is an outcome."""
     begin, files = time.perf_counter(), RunFiles()
     done = _run(job)
-    for name in job.tables:
+    for name in (job.program, *job.tables):
         files.note_read(name, "--setup")
     # not in the record: a comment more in a set-up moves its lines, and no row
     return replace(done, findings=files.find_lines(done.findings), elapsed_s=time.perf_counter() - begin)

@@ -1,8 +1,9 @@
 """`verne-post machine`: list, show, draw and validate machine files, check axes, identify lengths from poses."""
 
 import math
+import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -77,7 +78,18 @@ def export(name: str, format_name: str, output: Path) -> int:
     return 0
 
 
-@click.group("machine", short_help="List, show, validate and calibrate machine files.")
+class _Group(click.Group):
+    """The commands, and what is meant by the name of a command for programs."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """The command that the words begin with."""
+        if args[0] == "check":
+            written = shlex.join(["validate", *args[1:]])
+            raise click.UsageError(f"{args[0]} is for programs; did you mean `verne-post machine {written}`?", ctx)
+        return super().resolve_command(ctx, args)
+
+
+@click.group("machine", cls=_Group, short_help="List, show, validate and calibrate machine files.")
 def command() -> None:
     """List, show, draw, validate and import machine files, check axes, identify lengths, calibrate the machine as
     built, export.

@@ -19,7 +19,8 @@ from click.shell_completion import CompletionItem
 from verne_post import __version__
 from verne_post.base.printable import join_names, make_lines_printable, make_printable
 from verne_post.cli.arithmetic import set_environment
-from verne_post.cli.files import FileError
+from verne_post.cli.colour import say
+from verne_post.cli.files import FileError, Unreadable
 from verne_post.cli.streams import drop, echo, prepare_streams
 from verne_post.cli.temporary import tidy_up_when_ended
 from verne_post.model.verdict import ExitStatus
@@ -223,6 +224,9 @@ def main(arguments: list[str]) -> int:
         shown = io.StringIO()
         (_name_owners(error) if isinstance(error, click.NoSuchOption) else error).show(shown)
         echo(make_lines_printable(shown.getvalue().replace("\n\t", "\n  ")), nl=False, err=True)
+        return ExitStatus.UNUSABLE
+    except Unreadable as error:
+        say(f"{error.line}\n")
         return ExitStatus.UNUSABLE
     except FileError as error:
         echo(f"Error: {error}", err=True)

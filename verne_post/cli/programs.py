@@ -9,7 +9,7 @@ from typing import Final
 
 import click
 
-from verne_post.cli.files import DASH, is_dash
+from verne_post.cli.files import DASH, Unreadable, is_dash
 from verne_post.config.beside import lies_in
 
 #: Endings of programs that are looked for in folders.
@@ -50,7 +50,9 @@ def find_programs(
     Raises
     ------
     UsageError
-        Where a pattern fits nothing, a folder has no program, or nothing that is named exists.
+        Where a pattern fits nothing, or a folder has no program.
+    Unreadable
+        Where nothing that is named exists.
     """
     found: list[tuple[str, Path]] = []
     if list(inputs).count(DASH) > 1:
@@ -78,7 +80,7 @@ def find_programs(
     if wrong:
         raise click.UsageError("; ".join(wrong))
     if not may_lack and not any(is_dash(name) or Path(name).exists() for name, _place in found):
-        raise click.UsageError(f"{', '.join(name for name, _place in found)}: no such file or folder")
+        raise Unreadable(", ".join(name for name, _place in found), "no such file or folder")
     return list(dict.fromkeys(found))  # a program and its set-up may both be named
 
 

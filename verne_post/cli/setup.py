@@ -47,9 +47,10 @@ _READ = "--setup"
 def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> int:
     """Write the set-up file of a program, which every command reads: tools, work offsets and user-defined codes.
 
-    The file has all values that options, settings and an existing set-up give. Every other value is marked "measure" or
-    "decide", and counts as not given. A diameter from a remark of the program, such as (T1 D=16), is written into the
-    file: compare it with the tool.
+    The file has the values that options, settings and an existing set-up give; of a tool table it has the tools that
+    the program calls, and a remark names the others. Every other value is marked "measure" or "decide", and counts as
+    not given. A diameter from a remark of the program, such as (T1 D=16), is written into the file: compare it with the
+    tool.
 
     The command keeps the values of an existing set-up, adds those that are missing, and marks those that the program
     does not use. It prints errors that no set-up can correct. It writes nothing if the text is not a program. Exit
@@ -154,15 +155,19 @@ def make_setup(
     name: str, source: "Text", machine: "Machine", options: "Options"
 ) -> "tuple[str, str, tuple[Finding, ...], str]":
     """The file of a set-up, what is to be filled in, errors that it does not settle, and what is to be checked."""
-    from verne_post.app.setup_draft import draft_setup
+    from verne_post.app.setup_draft import draft_setup, find_used
     from verne_post.config.setup_form import Asked, list_missing, write_setup
     from verne_post.gcode.dialects import choose_dialect_name
 
     dialect = choose_dialect_name(options.dialect, source, name)
-    draft, remarks, said = _take_diameters(source, draft_setup(source, machine, options), dialect, ())
+    draft = find_used(source, machine, options, draft_setup(source, machine, options))
+    # where errors hide which tools the program calls, all of them are written
+    idle = [key for key in draft.tools if draft.used is not None and ("tools", key) not in draft.used]
+    draft = replace(draft, tools={key: sizes for key, sizes in draft.tools.items() if key not in idle})
+    draft, remarks, said = _take_diameters(source, draft, dialect, ())
     tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
     asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping)
-    text = write_setup(name, asked, remarks, dialect, machine.coordinates.zero_point)
+    text = write_setup(name, asked, remarks, dialect, machine.coordinates.zero_point, idle)
     return text, list_missing(draft.missing), draft.others, said
 
 

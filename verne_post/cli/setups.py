@@ -158,7 +158,10 @@ def _find_setups(
     if asked is None and not files.has(path):
         return
     if path.suffix != ".toml" and not is_dash(path):
-        raise click.UsageError(f"--setup {path}: expected {NONE}, -, or a file that ends in .toml")
+        from verne_post.base.file_kinds import describe_kind
+
+        other = describe_kind(files.read(path, "--setup"), "a set-up")
+        raise click.UsageError(f"--setup {path}: {other or f'expected {NONE}, -, or a file that ends in .toml'}")
     from verne_post.config.program_setup import read_setup
 
     yield read_setup(path, lambda name: files.read(name, "--setup"), show_name(path.name), named=asked is not None)

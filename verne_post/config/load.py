@@ -12,6 +12,7 @@ import numpy as np
 from msgspec.structs import asdict
 
 from verne_post.base.arrays import Array
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.suggestions import find_suggestion, suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
@@ -99,7 +100,10 @@ def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refu
     try:
         data = read_toml(raw)
     except ValueError as error:
-        raise make_input_error("VP501", f"{file_name}: {error}") from None
+        why = describe_kind(raw, "a machine file") or error
+        raise make_input_error("VP501", f"{file_name}: {why}") from None
+    if "schema" not in data and (other := describe_kind(raw, "a machine file")):
+        raise make_input_error("VP501", f"{file_name}: {other}")
     machine = _build_machine(data, raw, file_name, read)
     unreachable: list[Finding] = []
     for name, home, ok, _q in _solve_stored(machine):
@@ -302,9 +306,6 @@ def _check_schemas(
 
     content = check_part(MachineFile, data)
     of_schema = [item for item in mistakes if item.message.startswith(f"{file_name}: schema = ")]
-    if "schema" not in data and data.keys() & {"wcs", "tools", "tool_length", "tool_table"}:
-        text = "this is the set-up of a program; give it with --setup, and a machine file with --machine"
-        raise make_input_error("VP501", f"{file_name}: {text}")
     if "schema" not in data:
         of_schema = [item for item in mistakes if find_suggestion(item.message) == "schema"] or [
             make_finding("VP501", f"{file_name}: schema is missing; write schema = 2 for a chain of joints, else 1")

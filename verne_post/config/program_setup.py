@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 
 from msgspec import Meta, Struct, field
 
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.printable import quote_key
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, PartFile, name_fixture_files
@@ -42,6 +43,11 @@ class InlineTool(Table, frozen=True, kw_only=True):
     """One tool of [tools]; ``number`` is that of a tool which the program calls by its name."""
 
     elsewhere: ClassVar[Mapping[str, str]] = _SHAPES
+    about: ClassVar[Mapping[str, str]] = {
+        "length": "mm from the gauge line to the tip",
+        "diameter": "mm, of the cutter",
+        "number": "of a tool that the program calls by its name",
+    }
 
     length: Size = TO_MEASURE
     diameter: Size = 0.0
@@ -104,6 +110,20 @@ FileName = Annotated[str, Meta(min_length=1)]
 class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "wcs": "work offsets by system: [x, y, z] in mm, or [x, y, z, turn] with the part's rotation in degrees",
+        "tools": "lengths and diameters in mm, by the number or name of the tool",
+        "remap": "meaning of codes that the builder of the machine defines",
+        "keep_out": "fixtures by name: boxes in mm, or files of meshes",
+        "stock": "what the tool may cut: a box in mm, or the file of a mesh",
+        "part": "the finished part, with which the rows are compared",
+        "tool_table": "file of the tool table of a control",
+        "tool_lengths": "file of measured tool lengths",
+        "measured_offset": "file of the measured work offset",
+        "tool_shapes": "file of cutters, shanks and holders",
+        "parameters": "file of numbered parameters before the program",
+    }
+
     wcs: dict[str, Annotated[list[Place], Meta(min_length=3, max_length=4)] | Literal["measure"]] = field(
         default_factory=dict
     )
@@ -161,11 +181,12 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
     if not named and not lies_in(path.parent, path):
         raise make_input_error("VP503", f"{name}: is a link that leads out of its folder; name it with --setup")
     try:
-        data = read_toml(read(path))
+        data = read_toml(raw := read(path))
     except (ValueError, RecursionError) as error:
-        raise make_input_error("VP503", f"{name}: {error}") from None
-    if data.keys() >= {"schema", "kind"}:
-        raise make_input_error("VP503", f"{name}: this is a machine file; give it with --machine, not as a set-up")
+        why = describe_kind(raw, "a set-up") or error
+        raise make_input_error("VP503", f"{name}: {why}") from None
+    if "schema" in data:
+        raise make_input_error("VP503", f"{name}: {describe_kind(raw, 'a set-up')}")
     return read_setup_table(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
 
 
@@ -197,9 +218,14 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     if isinstance(own.get("wcs"), dict):  # whatever is given for what is no work system
         sentences += [f"{place}wcs: {why}" for key in own["wcs"] if (why := _describe_wrong_system(key))]
         own["wcs"] = {key: value for key, value in own["wcs"].items() if not _describe_wrong_system(key)}
-        for key in [key for key, value in own["wcs"].items() if isinstance(value, dict)]:  # G54.1P1 without quotes
-            name = ".".join((key, *own["wcs"].pop(key)))
-            sentences.append(f'{place}wcs.{key}: a name with a point is in quotes; write "{name}" = [X, Y, Z]')
+        for key in [key for key, value in own["wcs"].items() if isinstance(value, dict)]:
+            inner = own["wcs"].pop(key)
+            if any(name[:1].isdigit() for name in inner):  # G54.1P1 without quotes
+                key = ".".join((key, *inner))
+                why = f'a name with a point is in quotes; write "{key}" = [X, Y, Z]'
+            else:
+                why = f"a place is a list of three numbers; write {key} = [X, Y, Z]"
+            sentences.append(f"{place}wcs.{key}: {why}")
     try:
         file = check_table(SetupFile, own, "a set-up", prefix)
     except WrongTableError as error:

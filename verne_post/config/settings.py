@@ -9,6 +9,7 @@ from typing import Any, Final
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.text_tables import format_html_text, format_table
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, name_fixture_files
@@ -140,7 +141,13 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
     if not named and not lies_in(path.parent, path):
         raise make_input_error("VP503", f"{path.name}: is a link that leads out of its folder; name it with --settings")
     try:
-        data = read_toml(read(path))
+        raw = read(path)
+        try:
+            data = read_toml(raw)
+        except ValueError as error:
+            raise ValueError(describe_kind(raw, "a settings file") or error) from None
+        if path.name not in (FILE_NAME, PROJECT_FILE) and (other := describe_kind(raw, "a settings file")):
+            raise ValueError(other)
         if path.name == PROJECT_FILE:
             tool = data.get("tool")
             table = tool.get("verne-post") if isinstance(tool, dict) else None

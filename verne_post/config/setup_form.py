@@ -1,8 +1,8 @@
 """The file of a set-up as `verne-post setup` writes it: what is known, and marks for what is not."""
 
 import tomllib
-from collections.abc import Container, Iterator, Mapping
-from typing import Any
+from collections.abc import Container, Iterator, Mapping, Sequence
+from typing import Any, Final
 
 from msgspec import Struct
 
@@ -12,6 +12,9 @@ from verne_post.config.setup_merge import merge_setup, show_key, turn_into_remar
 from verne_post.config.toml_entries import Edit, UnknownLayoutError
 from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import WorkOffset
+
+#: So many tools that are left out are named.
+_MOST_IDLE: Final = 12
 
 
 class Asked(Struct, frozen=True):
@@ -25,7 +28,9 @@ class Asked(Struct, frozen=True):
     tapping: str  #: What the file says of rigid tapping; empty where the program has none.
 
 
-def write_setup(program: str, asked: Asked, remarks: Mapping[str, str], dialect: str, zero: str) -> str:
+def write_setup(
+    program: str, asked: Asked, remarks: Mapping[str, str], dialect: str, zero: str, idle: Sequence[str] = ()
+) -> str:
     """The file of a program that has none, as TOML text.
 
     Parameters
@@ -39,8 +44,14 @@ def write_setup(program: str, asked: Asked, remarks: Mapping[str, str], dialect:
         Its language.
     zero : str
         The point that work offsets count from, in words.
+    idle : sequence of str
+        Tools that are known and not called, which are left out.
     """
     title = f"# set-up of {make_printable(program)}: mm and degrees\n"
+    if idle:
+        more = f" and {len(idle) - _MOST_IDLE} more" if len(idle) > _MOST_IDLE else ""
+        named = ", ".join(map(make_printable, idle[:_MOST_IDLE]))
+        title += f"# tools that are given and not called are left out: {named}{more}\n"
     return merge_setup(title, list_edits(asked, {}, remarks), headers=describe_tables(dialect, zero))
 
 

@@ -25,7 +25,21 @@ _DENSE_COMMA: Final = re.compile(
 )
 #: What stands where a value can: to the next blank, comma, bracket, quote or remark.
 _WORD: Final = re.compile(r"[^\s,=\[\]{}#\"']+")
-_WITH_O: Final = re.compile(r"[-+]?(?=[\d.]*[Oo])[\dOo.]+")
+#: Letters that look like digits, and lie beside them; at least one digit, or the letter O, stands with them.
+_DIGITS: Final = str.maketrans("OoIlZzSsB", "001122558")
+_WITH_LETTER: Final = re.compile(r"[-+]?(?=[^\dOo]*[\dOo])(?=[\d.]*[OoIlZzSsB])[\dOoIlZzSsB]+(?:\.[\dOoIlZzSsB]*)?")
+#: A value that is open up to the end of its line: of one word in a quote, of numbers in a bracket, or a header.
+_OPEN_VALUES: Final = {
+    '"': re.compile(r"=[ \t]*(\"[^\s\",#]+)[ \t\r]*$"),
+    "[": re.compile(r"=[ \t]*(\[[^\[\]{}#\"']*[^\[\]{}#\"'\s,])[ \t\r]*$"),
+    "{": re.compile(r"=[ \t]*(\{[^{}#]*[^{}#\s,])[ \t\r]*$"),
+    "head": re.compile(r"^[ \t]*(\[[\w.\"'-]+)[ \t\r]*$"),
+}
+#: Ends of a table whose beginning is missing: a header, and keys behind the name of a table.
+_NO_BEGIN: Final = re.compile(
+    r"^[ \t]*([\w.-]+\])[ \t\r]*$|^[ \t]*[\w.\"'-]+[ \t]*=[ \t]*([\w-]+[ \t]*=[^{}]*\})[ \t\r]*$"
+)
+_BLANK_IN_NUMBER: Final = re.compile(r"=[ \t]*([-+]?\d+(?:\.\d*)?[ \t]+\d+)(?=[ \t]*[,}])")
 _OPEN_POINT: Final = re.compile(r"([-+]?)(?:(\d+)\.|(\.\d+))")
 _WITH_UNIT: Final = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)[ \t]*((?i:mm|cm|in|inch|deg)|m|°|s|ms)(?!\w)")
 _ZERO_FIRST: Final = re.compile(r"([-+]?)0+(\d+(?:\.\d+)?)")
@@ -80,11 +94,29 @@ def _name_mistake(text: str, message: str) -> str:
     lines = text.split("\n")
     line = lines[number - 1]
     if opened := _find_open_bracket(lines[: number - 1], line):
-        return f"the bracket [ is not closed; write ] where the list ends {opened}"
+        begin = lines[int(opened.split()[2].rstrip(",")) - 1]
+        said = _name_open("[", begin, "]", "the bracket [ is not closed")
+        return f"{said or 'the bracket [ is not closed; write ] where the list ends'} {opened}"
     said = _name_slip(line, column, message)
     if message.startswith("Cannot overwrite") and "=" in line[:column]:
-        said = f"{line.split('=')[0].strip()}: the key is there twice; write it once"
+        said = _name_twice("key", line.split("=")[0].strip(), lines[: number - 1])
+    elif message.startswith("Cannot declare") and message.partition(" (at ")[0].endswith(" twice"):
+        said = _name_twice("table", line.strip(" \t\r[]"), lines[: number - 1])
     return f"{said} {place[0]}" if said else message
+
+
+def _name_open(opening: str, line: str, closing: str, why: str) -> str:
+    """What is open up to the end of a line, with what closes it; empty where more stands in it than can be told."""
+    found = _OPEN_VALUES[opening].search(line)
+    return f"{found[1]}: {why}; write {found[1]}{closing}" if found is not None else ""
+
+
+def _name_twice(kind: str, name: str, above: Sequence[str]) -> str:
+    """A key or table that is there again, with the line of the first one where that is found by its name."""
+    begin = re.compile(rf"[ \t]*(?:{re.escape(name)}[ \t]*=|\[+[ \t]*{re.escape(name)}[ \t]*\])")
+    first = next((number for number in range(len(above), 0, -1) if begin.match(above[number - 1])), None)
+    also = "" if first is None else f", first in line {first}"
+    return f"{name}: the {kind} is there twice{also}; write it once"
 
 
 def _name_slip(line: str, column: int, message: str) -> str:
@@ -94,13 +126,23 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"{comma[1]}: a decimal comma; write {comma[1].replace(',', '.')}"
     bare = _TEXT_OR_REMARK.sub(lambda one: " " * len(one[0]), line)
     if "Illegal character" in message and column > len(line.rstrip("\r")) and re.search("[\"']", bare):
-        return "the quote is not closed; write it at the end of the text"
+        why = "the quote is not closed"
+        return _name_open('"', line, '"', why) or f"{why}; write it at the end of the text"
     if column > len(bare.rstrip()) and bare.count("{") > bare.count("}"):
-        return "the brace { is not closed in its line; write } where the table ends, in the same line"
+        why = "the brace { is not closed in its line"
+        return _name_open("{", line, " }", why) or f"{why}; write }} where the table ends, in the same line"
+    if (ended := _NO_BEGIN.match(line)) is not None:
+        begin, why = ("[", "bracket [") if ended[1] else ("{ ", "brace {")
+        return f"{ended[1] or ended[2]}: the {why} is missing; write {begin}{ended[1] or ended[2]}"
+    if (parted := _BLANK_IN_NUMBER.search(bare)) is not None and parted.start() < column <= parted.end() + 1:
+        return f"{parted[1]}: a blank in a number; write {''.join(parted[1].split())}"
     if "hex value" in message or "Unescaped" in message:
         return "a backslash in a text; write the text in ' ' instead of quotation marks"
     if "at the end of a table declaration" in message:
-        return "the bracket [ is not closed; write ] after the name of the table"
+        why = "the bracket [ is not closed"
+        return _name_open("head", line, "]", why) or f"{why}; write ] after the name of the table"
+    if message.startswith("Expected '='") and bare[column - 1 : column] == ":":
+        return "write = instead of :"
     if message.startswith("Expected '='") and bare[column - 1 : column] in tuple("[{-+0123456789"):
         return "write = between a key and its value"
     if message.startswith("Expected '='") and "=" in bare[column:]:
@@ -109,7 +151,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f'{name}: a name with a blank or a point is in quotes; write "{right}"'
     if (numbers := _NUMBERS.search(bare)) is not None and numbers.start() < column:
         right = ", ".join(re.split(r"[ \t]*[,; \t][ \t]*", numbers[1]))
-        return f"a list has brackets, and commas between its numbers; write [{right}]"
+        said = bare[numbers.start() + 1 :].strip()
+        return f"{said}: a list has brackets, and commas between its numbers; write [{right}]"
     unit = next((one for one in _WITH_UNIT.finditer(bare) if one.start() < column <= one.end()), None)
     if unit is not None:
         right = f"write {unit[1]}, in" if unit[2].lower() in ("mm", "deg", "°", "s") else "write it in"
@@ -127,8 +170,11 @@ def _name_slip(line: str, column: int, message: str) -> str:
     word = next((one for one in _WORD.finditer(bare) if one.start() < column <= one.end()), None)
     if word is None or bare[: word.start()].rstrip()[-1:] not in ("=", "[", ","):
         return ""
-    if _WITH_O.fullmatch(word[0]):
-        return f"{word[0]}: the letter O in a number; write {re.sub('[Oo]', '0', word[0])}"
+    if _WITH_LETTER.fullmatch(word[0]):
+        letters = " and ".join(dict.fromkeys(one for one in word[0] if one.isalpha()))
+        return f"{word[0]}: the letter {letters.replace('o', 'O')} in a number; write {word[0].translate(_DIGITS)}"
+    if re.fullmatch(r"(--|\+\+)\d+(\.\d+)?", word[0]):
+        return f"{word[0]}: two signs; write {word[0][1:]}"
     if point := _OPEN_POINT.fullmatch(word[0]):
         right = f"{point[1]}{point[2]}.0" if point[2] else f"{point[1]}0{point[3]}"
         return f"{word[0]}: a number needs a digit on both sides of the point; write {right}"
@@ -143,7 +189,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if bool in kinds or word[0].lower() in ("true", "false"):
         truth = find_truth(word[0])
         return f"{word[0]}: write {truth or 'true or false'}"
-    return f'{word[0]}: a text is in quotes; write "{word[0]}"'
+    quote_behind = re.match("[\"']", line[word.end() :])
+    return f'{word[0]}{quote_behind[0] if quote_behind else ""}: a text is in quotes; write "{word[0]}"'
 
 
 def replace_pasted(text: str) -> str:

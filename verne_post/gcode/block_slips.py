@@ -10,16 +10,17 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, has_one_more, list_near_numbers
 from verne_post.gcode.codes import make_unknown_function
+from verne_post.gcode.program_error import write_words
 from verne_post.model.findings import Finding, Remedy
 
 #: Characters of a line that are looked at on both sides of a column.
 _LONGEST: Final = 40
 _LONGEST_NAME: Final = 90
-_AS_DIGITS: Final = str.maketrans("OoPplL", "000011")
+_AS_DIGITS: Final = str.maketrans("OPLQWERTYU", "0011234567")
 #: The label of an O word with a letter in its number, its O one place too far, or a key beside O.
 _LABEL: Final = re.compile(
     r"[ \t]*(?:N\d+[ \t]*)?"
-    r"(O(?=\d*[OPL])[\dOPL]{1,9}|\dO\d{1,9}|[IKLP](?:<[^<>]*>|\d{1,9}(?=[ \t]+[A-Z]{2})))[ \t]*"
+    r"(O(?=\d*[EOPLQRTUWY])[\dEOPLQRTUWY]{1,9}|\dO\d{1,9}|[IKLP](?:<[^<>]*>|\d{1,9}(?=[ \t]+[A-Z]{2})))[ \t]*"
     r"(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN|DO|ELSE(?:IF)?|BREAK|CONTINUE)(?![A-Z]))",
     re.IGNORECASE,
 )
@@ -28,14 +29,16 @@ _NAME_OF_LABEL: Final = re.compile(
     r"[ \t]*(?:N\d+[ \t]*)?(<?O([A-Z_]\w{0,40})>)[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN)(?![A-Z]))",
     re.IGNORECASE,
 )
-#: A word with the key beside 0 in its number.
-_P_FOR_ZERO: Final = re.compile(
-    r"(?<![A-Z_#<])([A-FH-LNQ-Z][-+]?)(\d{0,9}\.?\d{0,9})P(\d{0,9}\.?\d{0,9})(?![\w#\[<.])", re.IGNORECASE
+#: A word with a letter in its number whose key is beside that of a digit.
+_LETTER_OF_DIGIT: Final = re.compile(
+    r"(?<![A-Z_#<])([A-FH-LNQ-Z][-+]?)(\d{0,9}\.?\d{0,9})([EPQRTUW])(\d{0,9}\.?\d{0,9})(?![\w#\[<.])", re.IGNORECASE
 )
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
 #: T beside axes in place of G, whose key is beside: codes that stand there as a rule.
 _T_FOR_G: Final = re.compile(r"T(4[0139]|49|80|9[01])(?![\d.])", re.IGNORECASE)
 _CHANGE_OR_NO_AXIS: Final = re.compile(r"[^(]*M0*6(?!\d)|[^(XYZAC]*(?:\(|$)", re.IGNORECASE)
+#: A tool, and a 6 that has lost its M.
+_CHANGE_WITHOUT_M: Final = re.compile(r"(T\d{1,4})[ \t]+(0?6)(?![\d.])", re.IGNORECASE)
 #: A variable, and a number behind a blank.
 _NUMBER_BEHIND: Final = re.compile(r"#(\d{1,3})[ \t]+(\d{1,6}(?:\.\d{0,6})?)(?![\w.])")
 #: An M code without its zeros, and what M6 and M30 become by a key that is struck twice or beside.
@@ -68,7 +71,9 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
     """What a slip in the line of an error is, and the edits that settle it; None where it is none of these."""
     if item.code in ("VP001", "VP023") and (match := _LABEL.match(text)) and _is_at(match, item, 1):
         wrong = match[1]
-        right, what = f"{wrong[0]}{wrong[1:].translate(_AS_DIGITS)}", "a letter in a number"
+        right, what = f"{wrong[0]}{wrong[1:].upper().translate(_AS_DIGITS)}", "a letter in a number"
+        if wrong[1:2] in "Oo" and wrong[0] in "Oo" and wrong[2:].isdecimal():
+            right, what = wrong[1:], "the letter is there twice"
         if wrong[1] in "Oo" and wrong[0].isdigit():
             right, what = f"{wrong[1]}{wrong[0]}{wrong[2:]}", "a digit before its letter"
         elif wrong[0] not in "Oo":
@@ -81,7 +86,7 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
             message = f"{wrong}: the < of the name is {'missing' if wrong[0] != '<' else 'before the o'}"
             message += f"; did you mean {right}?"
             return replace(item, message=message, column=match.start(1) + 1, edits=())
-    if item.code == "VP001" and (found := _find_written_so(text, item)):
+    if item.code == "VP001" and (found := _find_written_so(source, text, item)):
         wrong, right, column, what = found
         edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=wrong)
         return replace(item, message=f"{wrong}: {what}; did you mean {right}?", column=column, edits=(edit,))
@@ -90,7 +95,9 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
         return replace(item, message=message, column=match.start(1) + 1)
     is_useless_p = item.code == "VP006" and item.column is not None and text[item.column - 1 :][:1] in ("P", "p")
     if item.code == "VP001" or is_useless_p:
-        return _find_p_for_zero(text, item)
+        if item.message.endswith(MAY_BE_MEANT):
+            return None
+        return _find_letter_of_digit(text, item)
     if item.code == "VP025" and (match := _NUMBER_BEHIND.match(text, (item.column or 1) - 1)):
         rights = [f"#{match[1]} {letter}{match[2]}" for letter in ("F", "X", "Y", "Z")]
         message = (
@@ -98,6 +105,12 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
             f"its letter, such as F{match[2]}"
         )
         edits = propose_words(item, match[0], rights)
+        return replace(item, code="VP001", message=message, edits=edits, settled_by=())
+    if item.code == "VP012" and (match := _CHANGE_WITHOUT_M.match(text, (item.column or 1) - 1)):
+        right = f"{match[1]} M{match[2]}"
+        message = f"{match[0]}: blanks mean nothing in a number, so that this is {match[1]}{match[2]}"
+        message += f"; {right}{MAY_BE_MEANT}"
+        edits = propose_words(item, match[0], [right])
         return replace(item, code="VP001", message=message, edits=edits, settled_by=())
     if item.code == "VP012" and (match := _T_FOR_G.match(text, (item.column or 1) - 1)):
         if _CHANGE_OR_NO_AXIS.match(text):
@@ -153,7 +166,7 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
     return None
 
 
-def _find_written_so(text: str, item: Finding) -> tuple[str, str, int, str] | None:
+def _find_written_so(source: Text, text: str, item: Finding) -> tuple[str, str, int, str] | None:
     """What is written and meant, the column and the cause: a bracket is lost, or a sign or < one place too far."""
     at = (item.column or 1) - 1
     if item.message == "expected '['" or "needs its value, in brackets" in item.message:
@@ -165,6 +178,8 @@ def _find_written_so(text: str, item: Finding) -> tuple[str, str, int, str] | No
         (_LESS_BEHIND, r"#<\1\2>", "the < after a letter"),
     ):
         for match in pattern.finditer(text, begin, end):
+            if pattern is _LESS_BEHIND and _count(source, f"#<{match[2]}>"):
+                right, what = r"\1#<\2>", "the # before its letter"
             if _is_at(match, item):
                 return match[0], match.expand(right), match.start() + 1, what
     return None
@@ -241,17 +256,21 @@ def _count(source: Text, name: str) -> int:
     return len(re.findall(rb"(?<![\w])%b(?!\w)" % re.escape(name.encode()), bytes(source), re.IGNORECASE))
 
 
-def _find_p_for_zero(text: str, item: Finding) -> Finding | None:
-    """The word at a column, with 0 in place of its P."""
+def _find_letter_of_digit(text: str, item: Finding) -> Finding | None:
+    """The word at a column, with the digit whose key is beside in place of a letter; 0 alone looks like its P."""
     at = (item.column or 1) - 1
-    for match in _P_FOR_ZERO.finditer(text, max(at - _LONGEST, 0), at + _LONGEST):
-        if not _is_at(match, item) or not (match[2].strip(".") or match[3][:1] == "."):
+    for match in _LETTER_OF_DIGIT.finditer(text, max(at - _LONGEST, 0), at + _LONGEST):
+        if match[3].upper() == match[1][0].upper():  # there twice
             continue
-        right = f"{match[1]}{match[2]}0{match[3]}"
-        is_sure = item.code == "VP001"
+        is_zero, has_digit = match[3] in "Pp", bool(match[2].strip("."))
+        if not _is_at(match, item) or not (has_digit or match[4][:1] == "." or not is_zero):
+            continue
+        right = f"{match[1]}{match[2]}{match[3].upper().translate(_AS_DIGITS)}{match[4]}"
+        is_sure = item.code == "VP001" and is_zero
         meaning = f"did you mean {right}?" if is_sure else f"{right}{MAY_BE_MEANT}"
+        meaning += "" if is_zero else ", whose key is beside"
         edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[0], is_choice=not is_sure)
-        message = f"{match[0]}: the letter P in a number; {meaning}"
+        message = f"{match[0]}: the letter {match[3].upper()} in a number; {meaning}"
         return replace(item, code="VP001", message=message, column=match.start() + 1, edits=(edit,))
     return None
 
@@ -273,4 +292,4 @@ def write_letters(text: str, item: Finding) -> Finding:
 
 def propose_words(item: Finding, wrong: str, rights: Iterable[str]) -> tuple[Remedy, ...]:
     """The words of which one may be meant by a wrong one in the line of a finding, each as a choice."""
-    return tuple(Remedy(f"write {one}", one, line=item.line or 0, misspelt=wrong, is_choice=True) for one in rights)
+    return write_words(wrong, *rights, line=item.line or 0, is_choice=True)

@@ -63,7 +63,7 @@ class Execution(Struct):
 
         ``contour`` is the line from which the compensation held before the ``errors``; 0 without one.
         """
-        if contour and any(error.code in ("VP006", "VP008") for error in errors):
+        if contour and any(error.code in ("VP006", "VP008", "VP011") for error in errors):
             self._refused_contour = contour
         if not contour or contour != self._refused_contour:
             return errors

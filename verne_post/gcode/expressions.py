@@ -7,9 +7,10 @@ character, so that an error names the column of the line as it was written.
 import math
 import re
 from collections.abc import Callable, Sequence
+from operator import ne
 from typing import Final, Protocol
 
-from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, has_one_more
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, MAY_BE_MEANT, find_meant, has_one_more
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError, close_here
 from verne_post.model.findings import Remedy
@@ -29,6 +30,7 @@ _LETTERS: Final = re.compile(r"[A-Z]+")
 #: Where a value ends: at the next word, or with the line.
 _DIGITS: Final = re.compile(r"[\d.]*")
 #: A value without its brackets.
+_CLOSED_NUMBER: Final = re.compile(r"\[([-+]?[\d.]+)\]$")
 _OPERAND: Final = re.compile(r"-?(?:[\d.]+|#(?:\d+|<[^<>]*>))(?=[\[(]|$)")
 _IS_OVER: Final = re.compile(r"[A-Z(]|$")
 OPERATOR: Final = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR")
@@ -176,6 +178,11 @@ class ValueReader:
                 text, edits = NO_OPENING_BRACKET, TAKE_BRACKET
             elif owner and (match := _OPERAND.match(self.characters, begin)) is not None:
                 operand = self.characters[begin : self.find_number_behind_blank(begin) or match.end()]
+                closed_number = _CLOSED_NUMBER.search(self.characters[:begin])
+                if closed_number is not None and self.places[begin] == self.places[begin - 1] + 1:
+                    right = f"[{closed_number[1]}{operand}]"
+                    text = f"{closed_number[0]}{operand}: the ] is too far left; did you mean {right}?"
+                    raise self.error("VP001", text, closed_number.start())
                 right = f"[{operand}]"
                 text = f"{operand}: values of {owner} are written in brackets; did you mean {right}?"
             elif owner:
@@ -198,11 +205,16 @@ class ValueReader:
                 text = f"{sign[0]}: no operator here; did you mean {_COMPARISONS[sign[0]]}?"
             if (word := _LETTERS.match(self.characters, self.at)) is not None:
                 near = find_operator(word[0])
+                beside = [one for one in _COMPARING if len(word[0]) == len(one) and sum(map(ne, one, word[0])) == 1]
                 advice = f"did you mean {near}?" if near else f"operators are {', '.join(_WORDS)} and + - * / **"
+                if beside and not near:
+                    advice = f"{' or '.join(beside)}{MAY_BE_MEANT}"
                 text = f"{word[0]}: no operator; {advice}" if len(word[0]) > 1 else text
-                if not near and len(word[0]) > 1 and _IS_OVER.match(self.characters, self.at):
+                if not (near or beside) and len(word[0]) > 1 and _IS_OVER.match(self.characters, self.at):
                     text = f"a {ends[-1]} is missing before {word[0]}"
-            edits = close_here("]") if _IS_OVER.match(self.characters, self.at) else ()
+            edits = close_here("]") if _IS_OVER.match(self.characters, self.at) and MAY_BE_MEANT not in text else ()
+            if text.endswith(MAY_BE_MEANT) and word is not None:
+                edits = tuple(Remedy(f"write {one}", one, misspelt=word[0], is_choice=True) for one in beside)
             if text.startswith("expected") and self.characters[begin : begin + 2] == "[[":
                 take = Remedy("take [ out", "[", misspelt="[[", is_choice=True)
                 raise self.error("VP001", f"the [ is there twice, or one is not closed: {text}", begin, (take,))
@@ -478,7 +490,8 @@ _COMPARISONS: Final = {
 NO_OPENING_BRACKET: Final = "']' without the '[' that it would close"
 TAKE_BRACKET: Final = (Remedy("take ] out", "", misspelt="]"),)
 #: Operators that are words.
-_WORDS: Final = ("EQ", "NE", "GT", "GE", "LT", "LE", "AND", "OR", "XOR", "MOD")
+_COMPARING: Final = ("EQ", "NE", "GT", "GE", "LT", "LE")
+_WORDS: Final = (*_COMPARING, "AND", "OR", "XOR", "MOD")
 #: A name of a function with digits in place of letters.
 _WITH_DIGITS: Final = re.compile(r"((?=[A-Z0-9]*\d)[A-Z0-9]{2,6})\[")
 _MEANT_LETTERS: Final = str.maketrans("015", "OIS")

@@ -94,13 +94,16 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
         )
 
 
-def advise_length(setup: Setup) -> str:
-    """What helps where no tool length is in force, and the program names no tool: no form asks for its length."""
+def advise_length(setup: Setup, *, call: bool = True) -> str:
+    """What helps where no tool length is in force, and the program names no tool: no form asks for its length.
+
+    ``call``: the message does not say that a call of the tool is missing.
+    """
     if setup.tools is None:
-        return "Write tool_length = MM in the first line of INPUT.toml, or call the tool in the program."
+        return f"Write tool_length = MM in the first line of INPUT.toml{', or call the tool in the program' * call}."
     return (  # tools of a set-up exclude tool_length
-        "Write the length of the tool under [tools] in INPUT.toml, or in the tool table, and call the tool in the "
-        "program."
+        "Write the length of the tool under [tools] in INPUT.toml, or in the tool table"
+        f"{', and call the tool in the program' * call}."
     )
 
 

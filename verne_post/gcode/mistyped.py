@@ -130,6 +130,10 @@ _OTHER_QUOTE: Final = re.compile(r"(\"[^\"']*)'+")
 _NEXT_WORD: Final = re.compile(r"[ \t]\S|[\d.][A-Za-z]")
 #: A call that a remark cuts off: ; in place of a comma.
 _OPEN_BRACKET: Final = "the bracket is not closed on its line"
+#: ``9PART A)``; the keys of % and beside it, with shift or without.
+_KEY_OF_BRACKET: Final = re.compile(r"[ \t]*([89][A-Z]{2}[^()]*\))", re.IGNORECASE)
+_WORDS_ALONE: Final = re.compile(r"[ \t]*([A-Z]{3,}(?:[ \t]+[A-Z]+)*)[ \t\r]*", re.IGNORECASE)
+_KEYS_BESIDE_PERCENT: Final = ("5", "$", "^")
 _CLOSED_IN_REMARK: Final = re.compile(r";(?=[^()]*\))")
 #: A rotary axis of a compensated contour, its number, and the linear axis whose key is beside its own.
 _TURN_ON_CONTOUR: Final = re.compile(r"^[ABC] turns under|turn of the table under cutter compensation")
@@ -138,6 +142,8 @@ _LONE_TURN: Final = "turn at a feed rate without TRAORI:"
 _ANGLE: Final = re.compile(rb"(?<![A-Z_$])[ABC][ \t]*=?[ \t]*[-+]?[0.]*[1-9]|(?<![A-Z_])TRAORI(?![A-Z])", re.IGNORECASE)
 _ROTARY_WORD: Final = re.compile(r"(?<![A-Z_#<])([AC])([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 _KEYS_OF_ROTARY: Final = {"A": "Z", "C": "X"}
+#: Slips of one line that are corrected.
+_MOST_SLIPS: Final = 20
 #: Errors of text that cannot be read.
 UNREADABLE: Final = ("VP001", "VP002")
 
@@ -189,6 +195,7 @@ def execute_as_meant(
 
     Returns its errors, with the columns of the line as it stands, and the line whose last error was raised and could
     not be corrected; None where it was executed. No line is tried twice: two words may each be taken for the other.
+    Nor is one of many slips tried for each of them.
     Before any error is looked at, ``give_up`` is called.
     """
     errors: list[ProgramError] = []
@@ -202,7 +209,7 @@ def execute_as_meant(
             give_up()
             errors.append(error)
             corrected_text = correct(text, error)
-            if corrected_text is None or corrected_text.upper() in earlier_texts:
+            if corrected_text is None or corrected_text.upper() in earlier_texts or len(errors) > _MOST_SLIPS:
                 rest = text
                 break
             text = corrected_text
@@ -254,6 +261,25 @@ def _name_linear_axis(item: Finding, text: str) -> Finding:
     )
 
 
+def _name_slip_of_mark(source: Text, item: Finding, text: str) -> Finding | None:
+    """A bracket of a comment that is there twice, or is the digit of its key; another key for the % of line 1."""
+    at, wrong, right = (item.column or 1) - 1, "", ""
+    if (bracket_pair := text[at - 1 : at + 1]) in ("((", "))") and at:
+        at, wrong, right, why = at - 1, bracket_pair, bracket_pair[0], f"the {bracket_pair[0]} is there twice"
+    elif (key := _KEY_OF_BRACKET.match(text)) is not None and at == key.start(1):
+        wrong, right, why = key[1], f"({key[1][1:]}", "the digit on the key of the ("
+    elif item.line == 1 and text.strip() in _KEYS_BESIDE_PERCENT and bytes(source).rstrip().endswith(b"\n%"):
+        wrong, right, why = text.strip(), "%", "a program that ends with % begins with one"
+    elif " needs a number, found" in item.message and (words := _WORDS_ALONE.fullmatch(text)) is not None:
+        message = f"{words[1]}: words without numbers; write ({words[1]}) if they are a comment"
+        edit = Remedy(f"write ({words[1]})", f"({words[1]})", line=item.line or 0, misspelt=words[1], is_choice=True)
+        return replace(item, message=message, column=words.start(1) + 1, edits=(edit,))
+    if not wrong:
+        return None
+    edits = (Remedy(f"write {right}", right, line=item.line or 0, misspelt=wrong),)
+    return replace(item, message=f"{wrong}: {why}; did you mean {right}?", column=at + 1, edits=edits)
+
+
 def _has_lone_turn(source: Text) -> bool:
     """Whether one word alone turns a rotary axis of a program without TRAORI."""
     return sum(1 for _one in islice(_ANGLE.finditer(source), 2)) == 1
@@ -268,12 +294,14 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         return _name_linear_axis(item, remove_remarks(text, dialect))
     if item.code == "VP002" and (function := explain_function(source, text, item)) is not None:
         return function
-    if dialect in _BLOCKS and text and (slip := explain_slip(source, text, item, dialect)) is not None:
-        if slip.edits:
-            return slip
-        item = slip
+    slip = explain_slip(source, text, item, dialect) if dialect in _BLOCKS and text else None
+    if slip is not None and slip.edits:
+        return slip
+    item = slip or item
     if item.line is None or item.column is None:
         return item
+    if item.code == "VP001" and dialect in _BLOCKS and (slip := _name_slip_of_mark(source, item, text)) is not None:
+        return slip
     if (paste := _find_pasted(text, item, dialect)) is not None:
         character, begin = paste
         code = remove_remarks(text, dialect)[begin:]
@@ -321,7 +349,9 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         message = f"{item.message}; write N{match[2]} if a block number is meant"
         return replace(item, message=message, edits=(edit, *item.edits))
     is_unread = item.code in UNREADABLE or _is_value(text, item.column, item.code)
-    is_explained = any(one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD))
+    correction = find_correction(item.message)
+    is_explained = slip is not None or (correction is not None and " " in correction[1])
+    is_explained |= any(one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD))
     if is_unread and not is_explained:
         found = _find_number(text, item.column, dialect)
         if found is not None:

@@ -1,4 +1,7 @@
-"""The words of one line without its program, in every language that can read the whole line: `explain "G1 X10 F500"`.
+"""The reader of a line: its words with columns and values, in each language; explain, hover and cycles use it.
+
+`explain "G1 X10 F500"` shows those of every language that can read the whole line. The front ends compute values while
+they read, and need the program for it; this reader has a line alone.
 
 A value that is computed is not known here: only the program, and the place of the line in it, give it.
 """

@@ -46,17 +46,21 @@ def write_parameter(number: int, value: float, right_value: float) -> tuple[Reme
     return (Remedy(f"write Q{number}={right_value:g}", f"{right_value:g}", word=(f"Q{number}", value), is_above=True),)
 
 
+def write_words(wrong: str, *rights: str, line: int = 0, is_choice: bool = False) -> tuple[Remedy, ...]:
+    """The edits of an error that another word settles: of several, each is a choice."""
+    is_choice = is_choice or len(rights) > 1
+    return tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=is_choice) for one in rights)
+
+
 def write_meant(word: str, *names: Iterable[str]) -> tuple[Remedy, ...]:
     """The edit of an error that one of ``names`` settles of which ``word`` is a slip; none where none is near."""
     near = find_meant(word, *names, slip_alone=True)
-    return (Remedy(f"write {near}", near, misspelt=word),) if near else ()
+    return write_words(word, near) if near else ()
 
 
 def write_numbers(numbers: Sequence[str], number: str, name: str, line: int) -> tuple[Remedy, ...]:
     """The edits of an error that another number behind ``name`` settles: one of ``numbers`` in place of ``number``."""
-    wrong, several = f"{name}{number}", len(numbers) > 1
-    new = [f"{name}{one}" for one in numbers]
-    return tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=several) for one in new)
+    return write_words(f"{name}{number}", *(f"{name}{one}" for one in numbers), line=line)
 
 
 def refuse_missing(what: str, missing: Sequence[tuple[str, str]]) -> ProgramError:

@@ -83,16 +83,13 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         finding, execution.recorder.assumed_axes = unsaid
         execution.recorder.warnings[finding.line or 0, finding.code] = finding
     if execution.errors:
-        # where a letter stands in a number, the point is not what is missing; and after an error neither the axes, the
-        # tools nor the motion need be what the program means
-        wrong = {item.line for item in execution.errors}
-        first = min((line for line in wrong if line), default=math.inf)
+        # after an error neither the axes, the tools nor the motion need be what the program means
+        first = min((item.line for item in execution.errors if item.line), default=math.inf)
         unread_line = min((item.line or 0 for item in execution.errors if item.code in UNREADABLE), default=math.inf)
         warnings = [
             one
             for one in execution.recorder.warnings.values()
-            if not (one.code == "VP038" and one.line in wrong)
-            and not (one.code in ("VP009", "VP041", "VP046") and (one.line or 0) >= first)
+            if not (one.code in ("VP009", "VP041", "VP046") and (one.line or 0) >= first)
             and not (one.code in ("VP024", "VP025") and (one.line or 0) >= unread_line)  # M300 for M30
             and one.code != "VP023"  # the call of a cycle may be what is wrong
         ]

@@ -230,10 +230,15 @@ class Recorder(Struct):
         if is_ended != len(self.length_ends) % 2:
             self.length_ends.append(self.count)
 
+    @property
+    def is_axis_named(self) -> bool:
+        """Whether A and C words name the table's place that a tool axis has."""
+        return len(self.named_changes) % 2 == 1
+
     def note_named_axis(self, is_named: bool) -> None:
         """From the next move on, A and C words name the table's place that a tool axis has, or no longer do."""
         changes = self.named_changes
-        if is_named == len(changes) % 2:
+        if is_named == self.is_axis_named:
             return
         if changes and changes[-1] == self.count:
             changes.pop()

@@ -1,5 +1,6 @@
 """Tool tables in LinuxCNC's text format: ``T1 P1 Z50.0 D6.0 ; remark``, one tool a line, mm."""
 
+from verne_post.base.file_kinds import describe_kind
 from verne_post.gcode.block import read_block
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, InputError, make_finding
@@ -42,7 +43,8 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
             errors.append(make_finding("VP019", f"{name}:{number}: tool T{tool.number} appears twice in the table"))
         tools[tool.number] = tool
     if len(errors) > 1 and not tools:  # one cause: another kind of file
-        first = f"{errors[0].message}; no other line is that of a tool either: is this a tool table?"
+        other = describe_kind(text.encode(), "a tool table") or "is this a tool table?"
+        first = f"{errors[0].message}; no other line is that of a tool either: {other}"
         errors = [make_finding("VP019", first, column=errors[0].column)]
     if errors:
         raise InputError(*errors)

@@ -211,8 +211,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "label, loop or subprogram without its partner",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be. As a warning: a "
-        "machining cycle of Klartext is defined and not called, or MCALL of a Siemens program ends nothing after a "
-        "cycle that was called at one place.",
+        "machining cycle of Klartext is defined and not called, MCALL of a Siemens program ends nothing after a cycle "
+        "that was called at one place, or the PROC line of a Siemens subprogram has another name than its call.",
         "Close blocks in reverse order, with the same label. Define a subroutine before the program calls it, "
         "or put its file beside the program or into a folder of --subroutine-path.",
     ),
@@ -283,7 +283,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP032",
-        "program in another language",
+        "no program, or in another language",
         "error",
         "The text cannot be read. It is empty, or has words of another control or of another kind of file, or has "
         "almost no words of a program.",
@@ -544,7 +544,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP056",
         "arc goes the other way",
         "warning",
-        "An arc of more than half a turn leaves both moves beside it at an angle, and the rest of its circle, or the "
+        "An arc of half a turn or more leaves both moves beside it at an angle, and the rest of its circle, or the "
         "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
         "the radius R (CR) may have the wrong sign.",
         "Correct the sense or the sign. No action is needed if the arc is meant, as the relief of a corner.",
@@ -552,7 +552,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
-        "slider travel",
+        "travel of a linear axis",
         "error",
         "A slider, or a linear axis of a serial machine, leaves its travel (overtravel).",
         "Move the part on the table (--wcs), or use another tilt.",
@@ -831,11 +831,12 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "A speed, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not intended. "
         "Most often it is in another unit. It is in the machine file, the command line, the set-up or the program. "
+        "Or a rapid goes down below every cut of its tool, mostly to a height with the wrong sign. "
         "It is an error where a program cuts with 200 mm a turn (G95) or more, and where it exceeds the travel in "
         "inches but not in mm. Then the limits that the program breaks are not listed. `verne-post explain` names "
         "those of a line.",
         "Compare the value with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; `verne-post "
-        "machine validate` prints how long moves take.",
+        "machine validate` prints how long moves take. No action is needed if the value is meant.",
     ),
     (
         "VP506",

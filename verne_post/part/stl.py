@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.file_kinds import describe_kind
 from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.part_setup import UNITS
 
@@ -163,10 +164,9 @@ def _is_binary(raw: bytes) -> bool:
 def _read_binary(raw: bytes, name: str) -> Array:
     count = int.from_bytes(raw[_HEADER - 4 : _HEADER], "little") if len(raw) >= _HEADER else 0
     if len(raw) < _HEADER or len(raw) < _HEADER + _FACET.itemsize * count:
-        raise _refuse(
-            name,
-            f"it is no STL file: {len(raw)} bytes, of {_HEADER + _FACET.itemsize * count} that a binary one would have",
-        )
+        size = _HEADER + _FACET.itemsize * count
+        why = describe_kind(raw, "an STL model") or f"{len(raw)} bytes, of {size} that a binary one would have"
+        raise _refuse(name, f"it is no STL file: {why}")
     facets = np.frombuffer(raw, _FACET, count, _HEADER)
     with np.errstate(invalid="ignore"):  # numpy warns of a signalling NaN, which read_stl refuses
         return np.asarray(facets["vertex"], dtype=np.float64)

@@ -136,7 +136,8 @@ def _place_moves(moves: Moves, coordinates: TableCoordinates, first: _ToolPose) 
 def _cross_pole(start: Array, end: Array, free: Mask) -> None:
     """Let free segments touch or cross the pole: C stays, and A goes through zero. Changes the poses (n, 5) in place.
 
-    The segments arrive with the tilt on one side of the pole and C less than half a turn away from the segment before.
+    Tool axes arrive with the tilt on one side of the pole and C less than half a turn away from the segment before; A
+    and C words may arrive on both sides, and cross it as they are.
     """
     vertical_start, vertical_end = (np.abs(np.sin(angles[:, 3])) <= POLE_SINE for angles in (start, end))
     leaving = free & vertical_start & ~vertical_end
@@ -149,7 +150,8 @@ def _cross_pole(start: Array, end: Array, free: Mask) -> None:
     with np.errstate(divide="ignore", invalid="ignore"):
         away = np.abs(normal[:, 2]) / size  # sine of the great circle's distance from the pole
     opposite_sides = k0[:, 0] * k1[:, 0] + k0[:, 1] * k1[:, 1] < 0
-    crossing = free & ~vertical_start & ~vertical_end & opposite_sides & (away < POLE_CROSSING)
+    one_side = start[:, 3] * end[:, 3] > 0
+    crossing = free & ~vertical_start & ~vertical_end & one_side & opposite_sides & (away < POLE_CROSSING)
     end[crossing, 3] *= -1.0
     end[crossing, 4] += np.where(end[crossing, 4] > start[crossing, 4], -np.pi, np.pi)
 

@@ -1,5 +1,6 @@
 """What may be written at a place: words of a program's language, keys of a set-up, of settings and of machine files."""
 
+import json
 import re
 from collections import abc
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -7,8 +8,8 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args, get_origin
 
 from lsprotocol import types as lsp
-from msgspec import Struct
-from msgspec.structs import fields
+from msgspec import NODEFAULT, Struct
+from msgspec.structs import FieldInfo, fields
 
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import remove_remarks
@@ -55,6 +56,8 @@ _TOOL: Final = re.compile(
     r"|LOADTL[ \t]*/)[ \t]*(\"?[\w.-]*)$",
     re.IGNORECASE,
 )
+#: How names of keys with a unit end.
+_UNITS: Final = {"mm": "mm", "deg": "degrees", "s": "s", "rpm": "rev/min", "percent": "%", "hz": "Hz"}
 #: What follows the number or name of an O word; first words of Klartext that stand nowhere else.
 _AFTER_O: Final = re.compile(r"[ \t]*o[ \t]*(?:\d+|<[^>]*>)[ \t]+([A-Z]*)$", re.IGNORECASE)
 #: A place, or the angle of a spindle, of Siemens to which a value is to be given; blocks whose X is none.
@@ -213,7 +216,20 @@ def _list_setup_keys() -> _Keys:
 
 def _list_options(names: Iterable[str]) -> _Keys:
     """Options with what they are for."""
-    return {name: (_find_option_type(name), find_about(name).help) for name in names}
+    return {name: (_find_option_type(name), _describe_option(name)) for name in names}
+
+
+def _describe_option(name: str) -> str:
+    """What an option is for, in which unit, and its default where the help does not say it."""
+    about, default = find_about(name), OPTIONS[name].default()
+    unit = about.unit or find_unit(name)
+    known = default in (None, {}) or "default" in about.help
+    return f"{about.help}{f' In {unit}.' if unit else ''}{'' if known else f' Default: {json.dumps(default)}.'}"
+
+
+def find_unit(key: str) -> str:
+    """The unit of the number of a key, which its name ends with; empty without one."""
+    return _UNITS.get(key.rpartition("_")[2], "") if "_" in key else ""
 
 
 def _find_option_type(name: str) -> Any:
@@ -228,7 +244,32 @@ def _make_control_tables() -> _Keys:
 
 
 def _list_fields(schema: type[Struct]) -> _Keys:
-    return {one.encode_name: (one.type, describe(one.type)) for one in fields(schema)}
+    return {one.encode_name: (one.type, _describe_field(one, schema)) for one in fields(schema)}
+
+
+def _describe_field(one: FieldInfo, schema: type[Struct]) -> str:
+    """What a key means where its schema says it, with its values, unit and default."""
+    meaning, unit = getattr(schema, "about", {}).get(one.encode_name, ""), find_unit(one.encode_name)
+    default = f"default: {json.dumps(one.default)}" if one.default not in (NODEFAULT, None, "") else ""
+    needed = "required" if one.required else default
+    return "; ".join(filter(None, (meaning, describe(one.type), f"in {unit}" if unit else "", needed)))
+
+
+def describe_key(path: Path, text: str, line: int, column: int) -> str:
+    """What the key or table at a place of a set-up, settings or machine file is for; empty where none is known."""
+    lines = text.split("\n")
+    behind = re.match(r"[\w-]*", lines[line][column:])
+    end = sum(len(one) + 1 for one in lines[:line]) + column + (behind.end() if behind is not None else 0)
+    cursor = find_cursor(text[:end])
+    if cursor is None or cursor.key:
+        return ""
+    key = _cut_tools((*cursor.table, text[cursor.begin : end].strip("\"'")))
+    top = _list_top(path, text)
+    if (kind := find_type(top, key)) is None:
+        return ""
+    known = (_list_keys(find_type(top, key[:-1])) or {}).get(key[-1])
+    about = known[1] if known is not None else "a table of keys" if isinstance(kind, dict) else describe(kind)
+    return f"**{'.'.join(key)}**: {about}"
 
 
 def _list_keys(kind: Any) -> _Keys | None:

@@ -5,6 +5,7 @@ import logging
 import re
 import threading
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -16,10 +17,11 @@ from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.pasted import translate_pasted
 from verne_post.base.printable import quote_key
-from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
+from verne_post.base.program_lines import find_word, find_word_of, remove_remarks, write_like
+from verne_post.base.stopping import stop_by
 from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
-from verne_post.cli.lsp.inspector import IN_FILE, Inspected, Inspector, SupersededError
+from verne_post.cli.lsp.inspector import IN_FILE, Inspected, Inspector, SupersededError, require_wanted
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
@@ -48,7 +50,8 @@ _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 #: A value of a TOML file that is written as none of TOML, as a number with a comma, and a number in quotes.
 _VALUE_OF_TOML: Final = re.compile(
-    r"([-+\d.]+[ \t]+[a-zA-Z°]+|\S+): (?:[^;:]+; )?write (\"[^\"]+\"|[^\s,;]+)(?:, in|$)"
+    r"((?<=not a TOML file: ).+?|[-+\d.]+[ \t]+[a-zA-Z°]+|\S+): (?:[^;:]+; )?"
+    r"write (\"[^\"]+\"|\[.*\]|\{.*\}|[^\s,;]+)(?:, in|$)"
     r"|= '(([-+]?\d+(?:\.\d+)?)(?: *(?:mm|deg|°))?)': expected a (?:whole )?number"
 )
 _REPLACE_PASTED: Final = "Replace typographic dashes, quotes and spaces"
@@ -101,7 +104,9 @@ def find_fixes(
     # another place is within limits too, and a word that is not used may stand beside the wrong code, unless the one
     # that is meant is missing
     is_choice = is_about_pose(item.code) or (item.code == "VP006" and "; did you mean " not in item.message)
-    for fix in _list_worked_out(_propose_fixes(found, item, setup, texts)):
+    with stop_by(partial(require_wanted, superseded)):
+        proposed = list(_list_worked_out(_propose_fixes(found, item, setup, texts)))
+    for fix in proposed:
         after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
         if after is None:
             continue
@@ -147,6 +152,8 @@ def _list_worked_out(proposed: Iterator[Fix]) -> Iterator[Fix]:
     """Edits up to one that cannot be worked out: editors ask at every move of the cursor, and show each failure."""
     try:
         yield from filter(_keeps_toml, proposed)
+    except SupersededError:
+        raise
     except Exception as error:
         _report_failure(error)
 
@@ -226,7 +233,10 @@ def find_file_fixes(
     fixes = []
     for fix in _list_worked_out(_propose_file_fixes(path, item, texts[path])):
         after, _program = inspector.check_file(path, _change_texts(fix, texts), superseded)
-        if all(cut_file(one.message) != cut_file(item.message) for one in after):
+        said = [cut_file(one.message) for one in after]
+        # a text in quotes where a number stands is as wrong
+        as_wrong = f"= '{fix.new[1:-1]}': expected a" if fix.new[:1] == '"' and fix.new != _TO_FILL_IN else "\0"
+        if not any(one == cut_file(item.message) or as_wrong in one for one in said):
             fixes.append(fix)
     return fixes
 
@@ -368,7 +378,9 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     ends = (
         ()
         if program is None
-        else (one for one in list_ends(found.source, program, item) if (one.line, one.word) not in told)
+        else (
+            one for one in list_ends(found.source, program, item) if one.is_choice or (one.line, one.word) not in told
+        )
     )
     settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
     for remedy in (*item.edits, *settling, *ends):
@@ -428,8 +440,8 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     if word is not None:
         at = _find_offset(found.text, remedy.line - 1) + word.start()
         title = f"Write {remedy.value} in place of {word[0]} in line {remedy.line}"
-        is_choice = remedy.is_choice
-        yield Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, spells=True, is_choice=is_choice)
+        fix = Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, is_choice=remedy.is_choice)
+        yield replace(fix, spells=not remedy.turns, turns=remedy.turns)
 
 
 def _spell_in_proc(found: Inspected, item: Finding, wrong: str, right: str) -> Iterator[Fix]:
@@ -622,8 +634,7 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
         at = _find_offset(found.text, number - 1) + word.end()
         title = f"Write {remedy.value} after {word[0]} in line {number}"
         return Fix(title, found.path, found.text, at, at, f" {remedy.value}", is_choice=remedy.is_choice)
-    value = remedy.value if "." in remedy.value or "." not in word[2] else f"{remedy.value}."
-    new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value
+    new = write_like(word[2], remedy.value, _find_dialect(found))
     begin = _find_offset(found.text, number - 1) + word.start(2)
     title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"
     turns, is_choice = letter.upper() in ("A", "B", "C"), remedy.is_choice

@@ -23,6 +23,7 @@ from verne_post.app.plan import Tell
 from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
+from verne_post.base.stopping import stop_by
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
@@ -42,6 +43,7 @@ from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
+from verne_post.model.verdict import is_about_text
 from verne_post.output.findings import Report, format_outcome
 from verne_post.output.policy import Policy, apply_policy
 
@@ -72,6 +74,17 @@ POLICY = ("select", "ignore", "severity", "baseline")
 
 class SupersededError(Exception):
     """Newer text has come: nobody waits for what is being computed."""
+
+
+def require_wanted(superseded: threading.Event) -> None:
+    """End the work that newer text has superseded.
+
+    Raises
+    ------
+    SupersededError
+    """
+    if superseded.is_set():
+        raise SupersededError
 
 
 class Inspected(Struct):
@@ -225,22 +238,23 @@ class Inspector:
         only_cause: bool,
     ) -> Inspected:
         """Check a text as a program."""
+        ask = partial(require_wanted, superseded)
 
         def report(_stage: str, _done: int, _total: int) -> None:
-            if superseded.is_set():
-                raise SupersededError
+            ask()
 
-        report("", 0, 0)
+        ask()
         self._take_texts(path, texts)
         found = Inspected(path, texts[path], (), Inspection(refuse_program(InputError())))
         try:
             settings = find_settings(self.files, self.given.get("settings"), path.name)
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, given)
-            report("", 0, 0)
+            ask()
             count = partial(self._count, found, policy)
             tell_soon = None if tell is None else lambda findings: tell(count(refuse_program(InputError(*findings))))
-            made = self._check_once(found.source, found.machine, found.options, report, only_cause, tell_soon)
+            with stop_by(ask):
+                made = self._check_once(found.source, found.machine, found.options, report, only_cause, tell_soon)
             found = count(made.result)
             found.made = made
         except _MISTAKES as error:
@@ -364,7 +378,12 @@ class Inspector:
         needs_state = shown is None or address is not None or variable
         state = self._find_state(found, line, text) if needs_state else None
         place = None if shown is None else Place.find(shown)
-        context = (dialect, words, state, place, found.machine, found.options)
+        # what a line with an error comes to is not known: the state is that before it
+        is_wrong = any(
+            one.severity == "error" and one.line == line and is_about_text(one.code) for one in found.findings
+        )
+        reached = None if is_wrong and found.made.program is None else state
+        context = (dialect, words, reached, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
         own = {one.key for one in self.make_outline(found).list_variables()} if dialect == "siemens" else set()
         is_own = variable.lower() in own  # DEF INT I: no centre of an arc
@@ -381,8 +400,8 @@ class Inspector:
             said.append(f"**{variable}**: {of_variable}{passes}")
         if address is not None and about:
             plan = found.made.plan
-            if address.name == "F" and plan is not None and (reached := describe_feed(plan, line)):
-                about += f"; {reached}"
+            if address.name == "F" and plan is not None and (feed := describe_feed(plan, line)):
+                about += f"; {feed}"
             said.append(f"**{text[address.begin : address.end]}**: {about}{passes}")
         argument = self._describe_argument(found, line, column) if dialect == "siemens" else ""
         for word in (one for one in here if one.name == ARGUMENT):

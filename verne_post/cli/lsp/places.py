@@ -26,6 +26,8 @@ _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
 }
 #: Findings whose message begins with a file and its key.
 _ABOUT_FILES: Final = ("VP022", "VP501", "VP503", "VP504")
+#: What a mistake of the syntax of a TOML file names.
+_NAMED_IN_TOML: Final = re.compile("not a TOML file: (.+?): ")
 #: A word from its column on: a name in quotes, a variable, A=DC(0), letters and a number, a name, or one character.
 _WORD: Final = re.compile(
     r"\"[^\"]*\"|#+(?:\d+|<[^<>]*>)|[A-Za-z]+[ \t]*=[ \t]*[A-Za-z]+\([^()]*\)"
@@ -90,7 +92,12 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
         begin, end = min(one.start() for one in words), max(one.end() for one in words)
     elif item.code in _ABOUT_FILES:
         place = find_place("\n".join(lines), cut_file(item.message))
-        begin, end = place[1:] if place is not None and place[0] == at else (begin, end)
+        named = _NAMED_IN_TOML.match(cut_file(item.message))
+        at_name = -1 if named is None else line.find(named[1])
+        if named is not None and at_name >= 0:
+            begin, end = at_name, at_name + len(named[1])
+        else:
+            begin, end = place[1:] if place is not None and place[0] == at else (begin, end)
     return lsp.Range(lsp.Position(at - 1, begin), lsp.Position(at - 1, max(begin, end)))
 
 

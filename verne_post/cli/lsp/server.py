@@ -25,7 +25,7 @@ from pygls.workspace import TextDocument
 
 from verne_post import __version__
 from verne_post.cli.lsp.addresses import list_tools
-from verne_post.cli.lsp.completion import complete_key, complete_word, make_item
+from verne_post.cli.lsp.completion import complete_key, complete_word, describe_key, make_item
 from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.outline import Outline
@@ -361,12 +361,18 @@ class Session:
     # --- what an editor asks -------------------------------------------------------------------------
 
     async def show_line(self, asked: lsp.HoverParams) -> lsp.Hover | None:
-        """The word under the cursor; time, feed and pose of its line."""
+        """The word under the cursor; time, feed and pose of its line; in a TOML file the key."""
+        path, codec = _find_path(asked.text_document.uri), self.server.workspace.position_codec
+        if path.suffix == ".toml":
+            lines = split_lines(source := self.server.workspace.get_text_document(asked.text_document.uri).source)
+            place = codec.position_from_client_units(lines, asked.position)
+            about = describe_key(path, source, place.line, place.character) if place.line < len(lines) else ""
+            return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, about)) if about else None
         found = await self.find_newest(asked.text_document.uri)
         lines = [] if found is None else split_lines(found.text)
         if found is None or asked.position.line >= len(lines):
             return None
-        place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
+        place = codec.position_from_client_units(lines, asked.position)
         text = await self.work(self.inspector.describe_line, found, place.line + 1, place.character)
         return None if text is None else lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text))
 

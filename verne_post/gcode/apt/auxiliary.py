@@ -47,10 +47,12 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
     if not units and to.feed_unit not in (None, (94, None), (94, inch)):
         raise ProgramError(
             "VP005",
-            "FEDRAT without a unit, after one in another unit than the program's: CAM systems differ in "
-            f"which unit applies; write one of {', '.join(FEED_UNITS)}",
+            f"FEDRAT without a unit, after {to.feed_unit_at}, in a program in "
+            f"{'inches' if inch else 'mm'}{to.units_at and f' ({to.units_at})'}: CAM systems differ in which unit "
+            f"applies; write one of {', '.join(FEED_UNITS)}",
         )
     to.feed_unit = FEED_UNITS[units[0]] if units else None
+    to.feed_unit_at = f"{units[0]} of line {s.line}" if units else ""
     mode, inches = to.feed_unit or (94, None)
     if inches and not to.knows_unit:
         raise ProgramError(
@@ -87,7 +89,7 @@ def set_units(to: AptModes, s: Statement) -> Iterator[Block]:
             "VP017", f"{s.major} under CYCLE, TRACUT or MSYS, or after CIRCLE, whose numbers are in the old unit"
         )
     unit = read_word(s, ("MM", "INCHES", "INCH"))
-    to.knows_unit = True
+    to.knows_unit, to.units_at = True, f"{s.major}/{unit} of line {s.line}"
     yield make_block(s, ("G", 21.0 if unit == "MM" else 20.0))
 
 

@@ -72,6 +72,9 @@ class AptModes(Struct):
     feed: tuple[float, int, bool | None] | None = None
     #: The unit that it named: mode, and whether in inches.
     feed_unit: tuple[int, bool | None] | None = None
+    #: Where it, and the unit of the points, stand in the program, for messages.
+    feed_unit_at: str = ""
+    units_at: str = ""
     #: M7 or M8: what COOLNT/ON means.
     coolant: float = 8.0
     told_words: set[str] = field(default_factory=set)

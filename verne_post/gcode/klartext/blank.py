@@ -9,7 +9,7 @@ from verne_post.gcode.klartext.first_words import LETTERS_AS_DIGITS
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.slips import find_slip
 from verne_post.gcode.klartext.statements import Statement
-from verne_post.model.findings import Remedy
+from verne_post.gcode.program_error import write_words
 from verne_post.model.moves import ZERO9, Frame, Stock
 
 #: ``0.1 Z X-40 Y-30 Z-10``, ``0.2 X+40 IY+60 Z+5``, ``CYLINDER Z R50 L105 DIST+5 RI10``.
@@ -43,12 +43,13 @@ class Blank:
         """
         form = _FORM.match(statement.rest)
         slip = re.match(
-            r"[ \t]+(?!0[.,][12][ \t])(?=[\dOLI]*[-:.,]|0[12])[O\d]?[-:.,]{0,2}([12LI])(?=[ \t])", statement.rest
+            r"[ \t]+(?!0[.,][12][ \t])(?=[\dOLI]*[-:.,]|0 ?[12][ \t])[O\d]?[-:., ]{0,2}([12LI])(?=[ \t])",
+            statement.rest,
         )
         if slip is not None:
             self._low = {}
             written_text, right = slip[0].strip(), f"0.{slip[1].translate(LETTERS_AS_DIGITS)}"
-            edits = (Remedy(f"write {right}", right, misspelt=written_text),)
+            edits = write_words(written_text, right)
             what = "the point is missing" if written_text.isdigit() else "no number of a corner"
             text = f"BLK FORM {written_text}: {what}; write BLK FORM {right}"
             raise statement.error("VP001", text, 0, edits)
@@ -57,10 +58,23 @@ class Blank:
             self._low = {}
             text = f"{joined_words[1]}: a blank is missing; did you mean {joined_words[2]} {joined_words[3]}?"
             raise statement.error("VP001", text, joined_words.start(1))
-        axis = re.match(r"[ \t]+0[.,]1[ \t]+([A-Z])(?=[ \t])", statement.rest)
+        axis = re.match(r"[ \t]+0[.,]1[ \t]+([A-Z]\d*)(?=[ \t])", statement.rest)
         if form is None and axis is not None:
             self._low = {}
             raise statement.error("VP001", f"{axis[1]}: no axis of the tool; did you mean Z?", axis.start(1))
+        without_axis = re.match(r"[ \t]+(0[.,]1)[ \t]+[XYZ][-+]", statement.rest)
+        if form is None and without_axis is not None:
+            wrong = without_axis[1]
+            what, right = "the axis of the tool is missing after it", f"{wrong} Z"
+            if self._low is None:
+                self._low = {}
+            else:
+                what, right = "the first corner, which is given already", f"{wrong[:-1]}2"
+            raise statement.refuse_word(wrong, what, right, at=without_axis.start(1))
+        if re.match(r"[ \t]+0[.,]2[ \t]+[XYZ][ \t]+[XYZ]", statement.rest) and self._low is None:
+            self._low = {}
+            what = "the second corner, and an axis of the tool as for the first one"
+            raise statement.refuse_word("0.2", what, "0.1", at=0)
         if form is None:
             return None
         pattern = _CYLINDER_WORD if form[4] else _CORNER_WORD

@@ -12,6 +12,7 @@ from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.machining.machining import explain_no_feed
 from verne_post.gcode.missing_setup import advise_length, find_tool_key, suggest_call
 from verne_post.gcode.program_error import At, ProgramError
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import FeedMode, MoveKind
 from verne_post.model.part_setup import describe_tool_number
 
@@ -36,6 +37,7 @@ class KlartextContour:
         self.delta_radius = 0.0
         self.call_feed = 0.0  # F of TOOL CALL, which F AUTO takes
         self.per_turn = False  # M136
+        self.turn_line = 0  #: Of M136; 0 in another file.
 
     # --- elements in order ---------------------------------------------------------------------------
 
@@ -81,19 +83,19 @@ class KlartextContour:
                 f"no TOOL CALL before {what}; {how}"
                 if how
                 else f"no tool before {what}; write TOOL CALL with --tool-table or TOOL DEF, or use --tool-length MM",
-                "" if how else advise_length(self.core.setup),
+                "" if how else advise_length(self.core.setup, call=False),
             )
 
     def _report_missing_call(self, what: str, other_text: str, advice: str = "") -> ProgramError:
         """VP012 where no TOOL CALL has come before ``what``; ``other_text`` where no TOOL DEF has."""
         named_tool = next((one for one in self.core.recorder.selections if one.is_defined), None)
         if named_tool is None:
-            return ProgramError("VP012", other_text).advise(advice)
+            return ProgramError("VP012", other_text, about="TOOL CALL").advise(advice)
         text = (
             f"no TOOL CALL before {what}: {named_tool.spell()} in line {named_tool.line} only names the tool; write "
             f"TOOL CALL {named_tool.number} Z S with its speed after it"
         )
-        return ProgramError("VP012", text).advise("")
+        return ProgramError("VP012", text, about="TOOL CALL").advise("")
 
     def _record_element(self, element: Element) -> None:
         if self.modes.tcp is False and any(axis < 3 for axis in element.axes):
@@ -183,10 +185,14 @@ class KlartextContour:
             VP017: under M136, where it is open what a control makes of it.
         """
         if self.per_turn:
+            line = self.turn_line
+            edits = (Remedy("write M137", "137", line=line, word=("M", 136.0), is_choice=True),) if line else ()
+            where = f" of line {line}" if line else ""
             raise ProgramError(
                 "VP017",
-                f"F{feed:g} of a cycle while M136 makes F a feed rate per turn: whether the control then takes it in "
-                "mm per turn or per minute is not known here; write M137 before the cycle",
+                f"F{feed:g} of a cycle while M136{where} makes F a feed rate per turn: whether the control then takes "
+                "it in mm per turn or per minute is not known here; write M137 before the cycle",
+                edits=edits,
             )
         self.core.set_feed(self.read_feed_word(feed))
         self.change_feed_mode(FeedMode.PER_MINUTE)

@@ -10,7 +10,7 @@ from verne_post.base.suggestions import has_one_more, list_near_numbers
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import name_parameter
-from verne_post.gcode.program_error import ProgramError, refuse_missing
+from verne_post.gcode.program_error import ProgramError, refuse_missing, write_words
 from verne_post.model.findings import Remedy
 
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
@@ -179,47 +179,34 @@ def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
     if (written_text := _NO_EQUALS.match(rest)) is not None:
         sign, value = written_text[2], written_text[3]
         right = f"Q{written_text[1]}={value if sign in ('', '=') or value[0] in '+-' else sign + value}"
-        shown_text = " ".join(written_text[0].split())
         rights = [right, right.replace("-", "")] if sign == "-" and value[0] not in "+-" else [right]
-        edits = tuple(
-            Remedy(f"write {one}", one, misspelt=written_text[0], is_choice=len(rights) > 1) for one in rights
-        )
-        text = f"{shown_text}: an = is missing; write {' or '.join(rights)}"
-        return statement.error("VP001", text, head.at + at, edits)
+        text = f"{' '.join(written_text[0].split())}: an = is missing; write {' or '.join(rights)}"
+        return statement.error("VP001", text, head.at + at, write_words(written_text[0], *rights))
     if (written_text := _OTHER_SIGN.match(rest)) is not None:
         is_double = "==" in written_text[0]
         signs = ("",) if written_text[2][0] in "-+" else ("", "-") if is_double else ("+", "-")
         rights = [f"{written_text[1]}{one}{written_text[2]}" for one in signs]
-        edits = tuple(
-            Remedy(f"write {one}", one, misspelt=written_text[0], is_choice=len(rights) > 1) for one in rights
-        )
         what = "two = stand in it" if is_double else "a number has + or - as its sign"
-        text = f"{written_text[0]}: {what}; write {' or '.join(rights)}"
-        return statement.error("VP001", text, head.at + at, edits)
+        return statement.refuse_word(written_text[0], what, *rights, at=head.at + at)
     needs, defaults = OF_PARAMETERS.get(head.number, ((), {}))
     if (written_text := _JOINED_VALUE.match(rest)) is not None and (
         int(written_text[1]) in (*needs, *defaults) or not needs
     ):
         right = f"Q{written_text[1]}={written_text[2]}"
-        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
-        return statement.error("VP001", f"{written_text[0]}: an = is missing; write {right}", head.at + at, edits)
+        return statement.refuse_word(written_text[0], "an = is missing", right, at=head.at + at)
     if (written_text := _NO_LETTER.match(rest)) is not None:
         text = f"{written_text[1]}: the Q before the number is missing; did you mean Q{written_text[1]}?"
         return statement.error("VP001", text, head.at + at)
     if (written_text := re.match(r"Q[ \t]+(\d+)[ \t]*=", rest)) is not None:
         right = f"Q{written_text[1]}="
-        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
-        text = f"{written_text[0]}: a blank is in the number; write {right}"
-        return statement.error("VP001", text, head.at + at, edits)
+        return statement.refuse_word(written_text[0], "a blank is in the number", right, at=head.at + at)
     other = re.match(r"([A-PR-Z])(\d{3})(?=[ \t]*=)", rest)
     if other is not None and (int(other[2]) in (*needs, *defaults) or not needs):
         text = f"{other[0]}: no parameter; did you mean Q{other[2]}?"
         return statement.error("VP001", text, head.at + at)
     if (written_text := re.match(r"Q(\d+)([-+])=(?=[\d.,])", rest)) is not None:
         right = f"Q{written_text[1]}={written_text[2]}"
-        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
-        text = f"{written_text[0]}: the sign stands after the =; write {right}"
-        return statement.error("VP001", text, head.at + at, edits)
+        return statement.refuse_word(written_text[0], "the sign stands after the =", right, at=head.at + at)
     if word.isdigit() and (before := re.search(r"Q\d+=[-+]?\d+(?=[ \t]+$)", head.rest[:at])) is not None:
         text = f"{before[0]} {word}: a blank is in the number; did you mean {before[0]}{word}?"
         return statement.error("VP001", text, head.at + before.start())
@@ -228,10 +215,7 @@ def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
         return statement.error("VP001", text, head.at + at)
     if (written_text := _DIVIDED_NUMBER.match(rest)) is not None:
         right = f"Q{written_text[1]}{written_text[2]}="
-        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
-        return statement.error(
-            "VP001", f"{written_text[0]}: a blank is in the number; write {right}", head.at + at, edits
-        )
+        return statement.refuse_word(written_text[0], "a blank is in the number", right, at=head.at + at)
     needs_sign = re.match(r"([-+])[\d.,]+(?!\w)", rest)
     if needs_sign is not None and (parts := _DIGIT_BEFORE_SIGN.search(head.rest[:at])) is not None:
         is_of_name = int(parts[1]) not in needs and int(parts[1] + parts[2]) in needs
@@ -251,9 +235,8 @@ def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
         what = f"a ~ ends its line; write {right}" if right else "one ~ at the end of a line is enough; take one out"
         return statement.error("VP001", f"{wrong}: {what}", head.at + at, edits)
     if not re.match(r"Q\d|[-+\d]", word):
-        edits = (Remedy(f"write ;{word}", f";{word}", misspelt=word),)
         text = f"{word[:20]}: a remark begins with ;, which is missing; write ;{word[:20]}"
-        return statement.error("VP001", text, head.at + at, edits)
+        return statement.error("VP001", text, head.at + at, write_words(word, f";{word}"))
     text = f"CYCL DEF {head.number}: {word[:20]!r} is not of the form Q200=2"
     return statement.error("VP001", text, head.at + at)
 
@@ -281,10 +264,20 @@ def find_cycle_of(head: Head) -> int | None:
     """The one cycle whose number is a slip away, and which has all parameters of a definition; None without one."""
     given = {int(one) for one in re.findall(r"(?:^|[ \t])Q(\d{1,4})[ \t]*=", head.rest)}
     fits = [one for one, (needs, defaults) in OF_PARAMETERS.items() if given and given <= {*needs, *defaults}]
+    fits = [one for one in fits if given >= {*OF_PARAMETERS[one][0]}] or fits
     near = find_with_digit(head.number, fits)
     others = [one for one in fits if sum(a != b for a, b in zip(str(one), str(head.number), strict=False)) == 1]
     same_length = [one for one in others if len(str(one)) == len(str(head.number))]
     return near or (same_length[0] if len(same_length) == 1 else None)
+
+
+def list_missing(text: str) -> tuple[list[str], list[str]]:
+    """The parameters that the cycle of a definition needs and does not have, and the others that it may have."""
+    head = re.search(r"DEF[ \t]*(\d{3})", text, re.IGNORECASE)
+    given = {int(one) for one in re.findall(r"Q[ \t]*(\d{1,4})[ \t]*=", text, re.IGNORECASE)}
+    kinds = OF_PARAMETERS.get(int(head[1]), ((), {})) if head else ((), {})
+    missing, others = ([f"Q{one}, the {name_parameter(one)}" for one in kind if one not in given] for kind in kinds)
+    return missing, others
 
 
 def find_parameter(statement: Statement, number: int) -> int | None:

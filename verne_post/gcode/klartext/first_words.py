@@ -6,8 +6,7 @@ from typing import Final
 
 from verne_post.base.suggestions import drop_doubles, find_meant
 from verne_post.gcode.klartext.vocabulary import PLANES, REFUSED_STATEMENTS, STATEMENTS
-from verne_post.gcode.program_error import ProgramError
-from verne_post.model.findings import Remedy
+from verne_post.gcode.program_error import ProgramError, write_words
 
 #: What a statement begins with.
 KEYWORD: Final = re.compile(
@@ -48,6 +47,18 @@ _TOLD_BY: Final = (
 _JOINED_LABEL: Final = re.compile(r"(?:CALL[ \t]+)?LBL\d+(?![^ \t])")
 _SHORT_LABEL: Final = re.compile(r"(?:LL|LB|BL)[ \t]+(?:\d+|\"[^\"]*\")[ \t]*")
 _HALF_FN: Final = re.compile(r"[FN][ \t]*\d{1,2}[ \t]*:")
+#: Statements of two words, and one of them, or a number of FN with a slip, before what follows both.
+_LOST_WORD: Final = {
+    "CYCL DEF": re.compile(r"(?:CYCL|DEF)(?=[ \t]+(?:\d{1,2}\.\d|\d{3})(?!\d))"),
+    "TOOL CALL": re.compile(r"(?:TOOL|CALL)(?=[ \t]+(?:\d+|\"[^\"]*\")[ \t]+Z)"),
+    "CALL LBL": re.compile(r"CALL(?=[ \t]+(?:\d+|\"[^\"]*\")[ \t]*(?:REP|$))"),
+    "BLK FORM": re.compile(r"(?:BLK|FORM)(?=[ \t]+0[.,][12][ \t])"),
+    "PLANE SPATIAL": re.compile(r"SPATIAL(?=[ \t]+SP[ABC])"),
+    "FUNCTION TCPM": re.compile(r"TCPM(?=[ \t]+F[ \t])"),
+    "LBL": re.compile(r"LABEL(?=[ \t]+(?:\d+|\"[^\"]*\")[ \t]*$)"),
+    "FN 0:": re.compile(r"FN(?:[ \t]*[OP])?[ \t]*:(?=[ \t]*Q[LR]?\d+[ \t]*=[ \t]*[-+]?[\d.,Q]+[ \t]*$)"),
+    "FN": re.compile(r"(?:F[BHJM]|[DGRTCV]N)(?=[ \t]*\d{1,2}[ \t]*:)"),
+}
 #: The number of a block with a letter, and the statement.
 _NUMBER_AND_LETTER: Final = re.compile(r"[ \t]*(?:(\d+)[A-Z]|N(\d+))[ \t]+(?![MFSQ]|R[0LR])")
 #: Characters of a line in which its first words are sought.
@@ -84,9 +95,8 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             return ProgramError("VP001", f"{place}: no parameter; did you mean Q{place[1:]}?", begin + 1)
         if swapped_words := _find_swapped(text, begin):
             return swapped_words
-        edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
         what = f"{place}: coordinates without a path function before them; write L {place}"
-        return ProgramError("VP001", what, begin + 1, edits=(edit,))
+        return ProgramError("VP001", what, begin + 1, edits=write_words(place, f"L {place}", line=line))
     if joined_label := _JOINED_LABEL.match(text, begin):
         return refuse_joined(joined_label.group(), begin + 1, line)
     wrong_number = _BLOCK_NUMBER.match(text)
@@ -99,7 +109,7 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
         what = f"{wrong}: a letter in the number of the block; "
         if len(rights) == 1:
             return ProgramError("VP001", f"{what}did you mean {right}?", wrong_number.start(1) + 1)
-        edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=True) for one in rights)
+        edits = write_words(wrong, *rights, line=line)
         return ProgramError("VP001", f"{what}write {' or '.join(rights)}", wrong_number.start(1) + 1, edits=edits)
     with_letter = _NUMBER_AND_LETTER.match(text)
     if with_letter is not None and KEYWORD.match(text, with_letter.end()):
@@ -113,9 +123,9 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             what = f"{digits[0]}: the Q before the number is missing; did you mean Q{digits[0]}?"
             return ProgramError("VP001", what, begin + 1)
         right = f"{number[2]}{digits[0]}"
-        edit = Remedy(f"write {right}", right, misspelt=text[number.start(2) : begin + digits.end()])
+        edits = write_words(text[number.start(2) : begin + digits.end()], right)
         what = f"{number[2]} {digits[0]}: a blank is in the number of the block; write {right}"
-        return ProgramError("VP001", what, number.start(2) + 1, edits=(edit,))
+        return ProgramError("VP001", what, number.start(2) + 1, edits=edits)
     why = "not a statement that is executed here; docs/heidenhain.md lists them"
     return _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
 
@@ -150,7 +160,7 @@ def _find_path(text: str) -> str:
 def refuse_joined(text: str, column: int, line: int) -> ProgramError:
     """The error of LBL1 or CALL LBL1: the same where LBL1 is executed, and where its label is called."""
     right = " ".join(text.replace("LBL", "LBL ").split())
-    edits = (Remedy(f"write {right}", right, line=line, misspelt=text),)
+    edits = write_words(text, right, line=line)
     return ProgramError("VP001", f"{text}: a blank is missing; write {right}", column, line=line, edits=edits)
 
 
@@ -163,6 +173,16 @@ def _fits(word: str, rest: str) -> bool:
 def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:
     """The error of a statement whose first word, or the word after a right one, is in no statement."""
     rest = text[begin + len(first) :]
+    for right, pattern in _LOST_WORD.items():
+        if (half := pattern.match(text, begin)) is not None:
+            if " " not in right:
+                message = f"{half[0]}: no meaning in this language; did you mean {right}?"
+                return ProgramError("VP002", message, begin + 1)
+            following = re.match(r"[ \t]*\S+", text[half.end() :])[0]  # type: ignore[index]
+            edits = write_words(half[0] + following, right + following, is_choice=True)
+            what = "the number of the function" if right == "FN 0:" else "a word"
+            message = f"{half[0]}{following}: {what} is missing; write {right}{following}"
+            return ProgramError("VP002", message, begin + 1, edits=edits)
     phrases = [name.split() for name in STATEMENTS]
     phrases.sort(key=lambda one: (KEYWORD.match(one[0] + rest) or [""])[0].split()[:1] != one[:1])  # what fits is meant
     words = _THREE_WORDS.match(text, begin)
@@ -205,7 +225,9 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
             message = f"{after[2]}: no word that follows {first}; write {' or '.join(dict.fromkeys(seconds))}"
         return ProgramError("VP002", message, column)
     if re.match(r"\d+[ \t]*$", text[begin:]):
-        return ProgramError("VP001", f"{first}: the letter before this number is missing, as in M{first}", begin + 1)
+        edits = write_words(first, f"M{first}", is_choice=True)
+        message = f"{first}: the letter before this number is missing, as in M{first}"
+        return ProgramError("VP001", message, begin + 1, edits=edits)
     if parameter := re.fullmatch(r"(Q[LRS]?)([LO\d]*[LO][LO\d]*)", first):
         right = parameter[1] + parameter[2].translate(str.maketrans("LO", "10"))
         return ProgramError("VP001", f"{first}: a letter in the number; did you mean {right}?", begin + 1)
@@ -230,7 +252,7 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if first in ("K", "O", "P") and re.match(r"[ \t]+I?[XYZABC][-+]?[\d.]", rest):  # keys beside L
         return ProgramError("VP002", f"{first}: no path function; did you mean L?", begin + 1)
     if re.fullmatch(r"[NJK]\d{1,3}", text[begin:].rstrip()):  # keys beside M
-        edits = (Remedy(f"write M{first[1:]}", f"M{first[1:]}", misspelt=first, is_choice=True),)
+        edits = write_words(first, f"M{first[1:]}", is_choice=True)
         message = f"{first}: Klartext has no {first[0]} words; write M{first[1:]} if the M function is meant"
         return ProgramError("VP001", message, begin + 1, edits=edits)
     if path := _find_path(text[begin:]):
@@ -245,7 +267,7 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     ends += [phrase[0] for phrase in phrases if len(first) > 1 and first == phrase[0][1:]]
     near = near or next(iter(ends), "")
     if not near and "=" not in first and _TEXT_OF_REMARK.match(text, begin):
-        edits = (Remedy(f"write ; {first}", f"; {first}", misspelt=text[begin : begin + len(first)], is_choice=True),)
+        edits = write_words(text[begin : begin + len(first)], f"; {first}", is_choice=True)
         message = f"{first[:20]} begins no statement that is executed here; write ; before it if it is a remark"
         return ProgramError("VP002", message, begin + 1, edits=edits)
     message = f"{first}: no meaning in this language; did you mean {near}?" if near else message

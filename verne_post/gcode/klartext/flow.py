@@ -13,6 +13,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.execution import Execution, StopConditions, run_program
+from verne_post.gcode.klartext.cycle_words import list_missing
 from verne_post.gcode.klartext.program import Jump, Klartext
 from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
@@ -297,7 +298,10 @@ class _KlartextRun:
         errors: list[ProgramError] = []
         if len(parts) > 1 and text.goes_on(last):
             why = f"~ at its end continues the cycle in line {last + 1}, which is a separate block; take ~ away"
-            errors.append(ProgramError("VP001", f"{why}, or write the parameter that is missing", line=last))
+            missing, others = list_missing(" ".join(parts))
+            if not missing:  # else the cycle says it
+                right = f"write {' or '.join(others)}" if others else "write the parameter that is missing"
+                errors.append(ProgramError("VP001", f"{why}, or {right}", line=last))
 
         def execute(first_part: str) -> None:
             self._execute_parts([first_part, *parts[1:]], line)

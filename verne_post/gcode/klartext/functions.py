@@ -268,7 +268,9 @@ class KlartextFunctions:
                 number == 136
             ):  # the number in force is one of the other kind: F is to be given again
                 self.core.set_feed(0.0)
-            self.contour.per_turn = number == 136
+            self.contour.per_turn, recorder = number == 136, self.core.recorder
+            self.contour.turn_line = 0 if recorder.is_in_other_file or number == 137 else self.frames.block.line
+            recorder.turn_feeds.append((self.contour.turn_line, recorder.count))
         elif number in (109, 110):
             self.core.set_arc_feed(ARC_FEEDS[number])
         elif number == 19:
@@ -313,8 +315,8 @@ class KlartextFunctions:
         self.frames.refresh_frame()
 
     def warn_of_tcp(self, what: str) -> None:
-        """VP043, once for each M128, where it holds at what the manuals of TNC controls place after M129."""
-        if self.modes.tcp:
+        """VP043, once for each M128 that was read, where it holds at what manuals of TNC controls place after M129."""
+        if self.modes.tcp and self.modes.tcp_line:
             line = self.frames.block.line
             code = f"M128 of line {self.modes.tcp_line} is still in force"
             where, edits = f"at {what}, before which controls require its end", write_before("M129", line=line)

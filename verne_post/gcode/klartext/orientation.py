@@ -75,6 +75,8 @@ class KlartextOrientation:
             shown_text = statement.rest.strip()
             if near:
                 raise statement.error("VP001", f"{shown_text}: no such function; did you mean {near}?", 0)
+            if find_meant(first := text.split(" ")[0], ("TCPM",), slip_alone=True):
+                raise statement.error("VP001", f"{first}: no such function; did you mean TCPM?", 0)
             raise statement.error("VP002", f"FUNCTION {text[:25]} is not executed", 0)
         _feed, axis, path, reference, _limit = match.groups()
         if reference not in (None, "TIP-TIP"):

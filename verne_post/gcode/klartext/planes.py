@@ -175,13 +175,16 @@ class KlartextPlanes:
                 if word is not None and (lack := _INCOMPLETE.get(word[1])):
                     message = f"{word[1]} {lack}"
                 missing = [name for name in _NEEDS.get(words.kind, ()) if name not in words.values]
+                lost_names = [name for name in missing if not re.search(rf"(?<!\w){name}(?![A-Z])", text)]
                 begin = at + len(text[at:]) - len(text[at:].lstrip())
                 if slip := find_slip(_WORD, statement, text, begin, _NAMES):
                     raise slip
                 if word is not None and word[1] in missing:
                     message = f"{word[1]} without a number; write {word[1]}+0 if it is 0"
-                elif word is not None and len(missing) == 1 and word[1][:-1] == missing[0][:-1]:
-                    message = f"{word[1]}: no word of PLANE {words.kind}; did you mean {missing[0]}?"
+                elif word is not None and len(lost_names) == 1 and word[1][:2] == lost_names[0][: len(word[1])][:2]:
+                    message = f"{word[1]}: no word of PLANE {words.kind}; did you mean {lost_names[0]}?"
+                elif word is not None and word[1] in ("SE", "SQ", "EQ"):
+                    message = f"{word[1]}: no word of PLANE {words.kind}; did you mean SEQ?"
                 elif word is not None:
                     message = explain_unknown(message, text[at:].split()[0], _FLAGS)
                 raise statement.error("VP001", message, len(text[:at]) + len(text[at:]) - len(text[at:].lstrip()))

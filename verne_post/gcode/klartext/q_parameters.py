@@ -11,7 +11,7 @@ from verne_post.gcode.klartext.first_words import LETTERS_AS_DIGITS
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
 from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
-from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError, write_meant
+from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError, write_meant, write_words
 from verne_post.model.findings import Remedy
 
 _ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
@@ -74,7 +74,7 @@ class QParameters(Struct):
             return self.control_values[number]
         near = list_near_numbers(str(number), self._list_numbers(kind))
         names = [f"{kind}{one}" for one in near] or self._list_other_kinds(number)
-        edits = tuple(Remedy(f"write {one}", one, misspelt=name, is_choice=True) for one in names)
+        edits = write_words(name, *names, is_choice=True)
         raise ProgramError("VP025", f"{key} has no value; {self._say_what_sets_it(kind, number)}", edits=edits)
 
     def _say_what_sets_it(self, kind: str, number: int) -> str:
@@ -169,11 +169,7 @@ def assign(statement: Statement, parameters: QParameters) -> None:
             raise statement.error("VP001", text, letters.start(1))
         written_text = re.match(r"[ \t]*(Q[LRS]?[ \t]*\d+)[ \t]*([-+]?)", statement.rest)
         name = written_text[1] if written_text else "Q1"
-        edits = (
-            (Remedy(f"write {name} =", f"{name} =", misspelt=name),)
-            if written_text and statement.rest[written_text.end() :]
-            else ()
-        )
+        edits = write_words(name, f"{name} =") if written_text and statement.rest[written_text.end() :] else ()
         raise statement.error(
             "VP001", f"{name}: an = is missing after the parameter; write {name} = and its value", 0, edits
         )
@@ -189,7 +185,7 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     if match.group(1) == "QS" and rest.count('"') % 2:
         begin = match.end() + len(rest) - len(rest.lstrip())
         right = '"{}"'.format(rest.strip().strip('"'))
-        edits = (Remedy(f"write {right}", right, misspelt=rest.strip(), is_choice=True),)
+        edits = write_words(rest.strip(), right, is_choice=True)
         raise statement.error("VP001", f"a text stands between two quotes; write {right}", begin, edits)
     if match.group(1) == "QS":
         parameters.strings[f"QS{_split(name)[1]}"] = _join_strings(rest, parameters)
@@ -327,26 +323,22 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
     word = re.match(r"[^\s]+", rest)
     for slip in _LETTER_FOR_1.finditer(statement.rest):
         if slip.end() == at + 1:
-            edit = Remedy(f"write {slip[1]}1", f"{slip[1]}1", misspelt=slip[0])
-            text = f"{slip[0]}: a letter in the number; write {slip[1]}1"
-            return statement.error("VP001", text, slip.start(), (edit,))
+            return statement.refuse_word(slip[0], "a letter in the number", f"{slip[1]}1", at=slip.start())
     other = next((one for one, sign in _OPERATORS.items() if number in _OPERATORS and re.match(sign, rest)), number)
     if other != number and number in (1, 2, 3, 4) and name == _NAMES[number]:
         sign = re.match(_OPERATORS[other], rest)[0]  # type: ignore[index]
         right = _NAMES[number]
-        choices = (Remedy(f"write {right}", right, misspelt=sign, is_choice=True),)
         text = f"{sign} belongs to FN {other}; write {right}, or FN {other}: in place of FN {number}:"
-        return statement.error("VP001", text, at, choices)
+        return statement.error("VP001", text, at, write_words(sign, right, is_choice=True))
     part_names = {"": "the end of the line", "value": "a value", "label": "a number, or a name in quotes"}
     wanted_part = part_names.get(name, name)
     edits: tuple[Remedy, ...] = ()
     if (parameter := re.match(r"[-+]?Q[LR]?[ \t]+\d+", rest)) is not None and name == "value":
         right = "".join(parameter[0].split())
-        edits = (Remedy(f"write {right}", right, misspelt=parameter[0]),)
-        return statement.error("VP001", f"{parameter[0]}: a blank is in the number; write {right}", at, edits)
+        return statement.refuse_word(parameter[0], "a blank is in the number", right, at=at)
     if word is not None and name == "label" and not word[0].strip('"').isdecimal():
         right = '"{}"'.format(word[0].strip('"'))
-        edits = (Remedy(f"write {right}", right, misspelt=word[0]),)
+        edits = write_words(word[0], right)
     elif (
         (pair := re.match(r"(\w+)[ \t]+(\w+)", rest)) is not None
         and name.isalpha()
@@ -354,8 +346,7 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
         and (pair[1] + pair[2]).startswith(name)
     ):
         right = f"{name} {(pair[1] + pair[2])[len(name) :]}".rstrip()
-        edits = (Remedy(f"write {right}", right, misspelt=pair[0]),)
-        return statement.error("VP001", f"{pair[0]}: the blank is at a wrong place; write {right}", at, edits)
+        return statement.refuse_word(pair[0], "the blank is at a wrong place", right, at=at)
     elif word is not None and name.isalpha() and name.isupper() and word[0] != "=":
         edits = write_meant(word[0], [name]) or _write_near(word[0], name)
     elif (
@@ -371,13 +362,13 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
     elif word is not None and word[0].isdigit() and (before := re.search(r"[-+]?Q?\d+[ \t]*$", statement.rest[:at])):
         written_word = f"{before[0]}{statement.rest[at : statement.rest.index(word[0], at)]}{word[0]}"
         right = "".join(written_word.split())
-        edits = (Remedy(f"write {right}", right, misspelt=written_word),)
-        text = f"{written_word}: a blank is in the number; write {right}"
-        return statement.error("VP001", text, before.start(), edits)
-    elif word is not None and name == "=" and word[0][0] in "-+":
-        edits = (Remedy("write =", "=", misspelt=word[0][0]),)
+        return statement.refuse_word(written_word, "a blank is in the number", right, at=before.start())
+    elif word is not None and name == "=" and word[0] in ("-", "+"):
+        edits = write_words(word[0], "=")
+    elif word is not None and name == "=" and word[0][0] == "-":  # the key of = is beside it
+        edits = write_words(word[0], f"= {word[0]}", f"= {word[0][1:]}")
     elif word is not None and name == "=":
-        edits = (Remedy("write =", f"= {word[0]}", misspelt=word[0]),)
+        edits = write_words(word[0], f"= {word[0]}")
     shown_text = f"found {word[0][:15]}" if word is not None else "the line ends"
     return statement.error("VP001", f"expected {wanted_part}, {shown_text}; write {form}", at, edits)
 
@@ -390,7 +381,7 @@ def _read_digits(word: str) -> str:
 def _write_near(word: str, name: str) -> tuple[Remedy, ...]:
     """The edit of a word of few letters in place of which only one can stand."""
     is_near = word.isalpha() and len(word) > 1 and (set(word) <= set(name) or word[:2] == name[:2])
-    return (Remedy(f"write {name}", name, misspelt=word),) if is_near else ()
+    return write_words(word, name) if is_near else ()
 
 
 def _jump(number: int, statement: Statement, at: int, parameters: QParameters) -> str | None:

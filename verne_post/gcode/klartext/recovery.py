@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final
 
+from verne_post.base.suggestions import list_near_numbers
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.paths import BUILDERS
 from verne_post.gcode.klartext.program import Klartext
@@ -38,6 +39,11 @@ _MODES: Final = (3, 4, 5, 8, 9, 13, 14, 116, 117, 126, 127, 128, 129, 136, 137)
 _ELSEWHERE: Final = (91, 92, 130)
 #: A coordinate whose letter is missing.
 _LETTERLESS: Final = re.compile(r"(?<!\S)[-+]\d")
+#: What names a tool and its axis.
+_TOOL: Final = re.compile(r"(?<!\w)(?:TOOL|CALL)[ \t]+.*?(\d{1,5})[ \t]*Z(?!\w)", re.IGNORECASE)
+#: What gives a parameter a value, and what may switch on tool-centre-point control.
+_SETS: Final = re.compile(r"(?<!\w)(Q[LR]?\d{1,4})[ \t]*=", re.IGNORECASE)
+_TCP: Final = re.compile(r"(?<!\w)(?:TC[PM]{2}|[NJK]128)(?!\w)", re.IGNORECASE)
 #: A feed rate that holds on.
 _FEED: Final = re.compile(r"(?<!\w)F[UZ]?[ \t]*(?:[\d.,]|Q|AUTO)", re.IGNORECASE)
 #: Errors that positions lead to, and poles.
@@ -48,17 +54,18 @@ class KlartextRecovery:
     """Goes on after refused statements of one program.
 
     ``uncertain``: a refused statement has left the tool at a place that is not known. ``has_no_side``: RL or RR of one
-    does not hold.
+    does not hold. ``lacks_call``: a tool was needed, and no TOOL CALL had come.
     """
 
     def __init__(self, interpreter: Klartext) -> None:
-        self.to, self.uncertain, self.has_no_side = interpreter, False, False
+        self.to, self.uncertain, self.has_no_side, self.lacks_call = interpreter, False, False, False
 
     def pass_failed(self, statement: Statement, error: ProgramError) -> bool:
         """Take what a refused statement would have set; True where its error only follows from one before."""
         to, keyword = self.to, statement.keyword
         follows = self.uncertain and error.code in _OF_POSITIONS
-        follows = follows or error.message.endswith(SETTING_REFUSED)
+        follows = follows or error.message.endswith(SETTING_REFUSED) or (self.lacks_call and error.about == "TOOL CALL")
+        self.lacks_call |= error.about == "TOOL CALL"
         follows = follows or (self.has_no_side and keyword == "DEP" and error.code == "VP017")
         is_late_end = error.code in ("VP017", "VP026") and re.search(r"(?<!\w)R0(?!\w)", statement.rest) is not None
         self.has_no_side = is_late_end or keyword == "APPR" or (self.has_no_side and keyword != "DEP")
@@ -88,9 +95,12 @@ class KlartextRecovery:
         elif keyword == "PLANE":
             for number in range(3):
                 to.q.control_values.setdefault(120 + number, to.state.position[3 + number])
-        elif keyword == "FUNCTION" and "TCP" in statement.rest:
+        elif keyword == "FUNCTION" and re.search("TC[PM]", statement.rest):
             with suppress(ProgramError):
                 to.functions.set_tcp(on="RESET" not in statement.rest)
+        elif error.code == "VP002" and (function := re.match(r"M(\d+): ", error.message)) is not None:
+            if list_near_numbers(function[1], ["128"]):
+                self._assume_tcp()
         elif keyword in ("Q", "QL", "QR", "FN") and not statement.further_lines and (name := find_set_name(statement)):
             to.q.refuse(name)
         elif keyword in ("CALL LBL", "LBL", "FN"):
@@ -106,6 +116,8 @@ class KlartextRecovery:
             tool: int | None = to.state.selected_tool
             with suppress(ProgramError):  # its number may be right where the tool axis is not
                 tool = to.functions.read_tool(statement)[0] or tool
+            if (joined_number := re.match(r"[ \t]*(\d{1,5})[A-Z]", statement.rest)) is not None:
+                tool = int(joined_number[1])
             self._assume_tool(tool)
             if "F" in read_usable_words(statement, to.q).values:
                 to.contour.call_feed = to.contour.call_feed or 1.0  # any feed rate will do
@@ -116,6 +128,19 @@ class KlartextRecovery:
         self.uncertain = True
         if any(map(_FEED.search, parts)):
             assume_feed(self.to.state)
+        if (tool := _TOOL.search(parts[0])) is not None:
+            self._assume_tool(int(tool[1]))
+        if (setting := _SETS.search(parts[0])) is not None:
+            self.to.q.refuse(setting[1].upper())
+        if _TCP.search(parts[0]) is not None:
+            self._assume_tcp()
+
+    def _assume_tcp(self) -> None:
+        """A statement that may be M128 is not read: paths are those of the tip, and nothing says in which line."""
+        modes = self.to.modes
+        if not modes.tcp:
+            modes.tcp, modes.tcp_line = True, 0
+            self.to.frames.refresh_frame()
 
     def _assume_tool(self, number: int | None) -> None:
         state = self.to.state

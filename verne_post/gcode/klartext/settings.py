@@ -17,7 +17,7 @@ from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Kind, Layer
 from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.machining.machining import check_dwell
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_words
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.findings import Remedy
 from verne_post.model.moves import PathControl, PathMode
@@ -75,7 +75,7 @@ def _refuse_value(statement: Statement, name: str, what: str, right: str) -> Pro
     at = None if word is None else word.start()
     edits = tuple[Remedy, ...]()
     if word is not None and (letters := re.match("[A-Z]+", word[0])) and letters[0] != name:
-        edits = (Remedy(f"write {name}", name, misspelt=letters[0]),) if set(letters[0]) <= set(name) else ()
+        edits = write_words(letters[0], name) if set(letters[0]) <= set(name) else ()
     return statement.error("VP001", f"expected {name} and {what}; write {right}", at, edits)
 
 

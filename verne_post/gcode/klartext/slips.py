@@ -11,8 +11,7 @@ from verne_post.gcode.klartext.statements import (
     join_keyword,
 )
 from verne_post.gcode.klartext.vocabulary import WORDS
-from verne_post.gcode.program_error import ProgramError
-from verne_post.model.findings import Remedy
+from verne_post.gcode.program_error import ProgramError, write_words
 
 _WHOLE_WORD: Final = re.compile(r"(?!R)[A-Z]+[-+]?[1-9]\d*[.,]?\d*|[A-Z]+[-+]?\d+[.,]\d*")
 #: A word with a sign that numbers do not have.
@@ -27,8 +26,12 @@ _NAME_AND_NUMBER: Final = re.compile(r"([A-Z]{3,6})([-+]?[\d.,]+)")
 _SHORT_WORD: Final = re.compile(r"R[LR0]|DR[-+]|M\d{1,3}|A[-+]?[\d.,]+")
 #: More digits than these, alone behind the coordinates of a line without F, are a feed rate.
 _DIGITS_OF_DECIMALS: Final = 2
+#: Axes, and so many of them as are worth a choice for a number that has lost its letter.
+_AXES: Final = "XYZABC"
+_MOST_LETTERS: Final = 3
+_COORDINATE_OF: Final = re.compile(r"(?<!\w)I?([XYZABC])[ \t]*[-+\d.,Q]")
 _COORDINATE_BEHIND: Final = re.compile(r"[ \t]I?[XYZABCUVW][-+\d]")
-_KEYS_BESIDE: Final = {"A": "Q", "D": "SFERXC", "R": "ETDF4", "L": "KOP", "M": "NJK"}
+_KEYS_BESIDE: Final = {"A": "Q", "D": "SFERXC", "R": "ETDF4", "L": "KOP", "M": "NJK,"}
 
 
 def find_slip(
@@ -48,33 +51,25 @@ def find_slip(
     whole = text[start:].split()[0]
     if (sign := _OTHER_SIGN.fullmatch(word)) is not None:
         rights = [f"{sign[1]}{one}{sign[2]}" for one in "+-"]
-        edits = tuple(Remedy(f"write {one}", one, misspelt=word, is_choice=True) for one in rights)
-        message = f"{word}: a number has + or - as its sign; write {' or '.join(rights)}"
-        return statement.error("VP001", message, begin, edits)
+        return statement.refuse_word(word, "a number has + or - as its sign", *rights, at=begin)
     if statement.keyword == "TOOL CALL" and (parts := _TOOL_AND_AXIS.fullmatch(word)):
-        right = f"{parts[1]} {parts[2]}"
-        edits = (Remedy(f"write {right}", right, misspelt=word),)
-        return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
+        return statement.refuse_word(word, "a blank is missing", f"{parts[1]} {parts[2]}", at=begin)
     is_point = word[0] == ":" or re.fullmatch(r"[A-Z]+[-+]\d+-\d+", whole) is not None
     if (is_point or word == "Q") and text[begin - 1].isdigit():
         right = f"{whole[:-2]}Q{whole[-2]}" if word == "Q" else re.sub(r"(?<=\d)[-:]", ".", whole)
         if word[0] == "-" and pattern.fullmatch(right):  # the keys of 0 and of the point are both beside it
             rights = [re.sub(r"(?<=\d)-", "", whole), right]
-            edits = tuple(Remedy(f"write {one}", one, misspelt=whole, is_choice=True) for one in rights)
-            message = f"{whole}: - in a number; write {' or '.join(rights)}"
-            return statement.error("VP001", message, start, edits)
+            return statement.refuse_word(whole, "- in a number", *rights, at=start)
         if pattern.fullmatch(right):
             what = "a digit before its letter" if word == "Q" else f"{word[0]} in a number"
             return statement.error("VP001", f"{whole}: {what}; did you mean {right}?", start)
-    if equals := find_equals(text, begin):
-        return statement.error("VP001", equals, begin)
+    if equals := find_equals(statement, text, begin):
+        return equals
     earlier_words = text[:begin].split()
     if rights := _list_divided(statement, text, begin):
         at = text.rindex(earlier_words[-1], 0, begin)
         wrong = text[at : begin + len(word)]
-        edits = tuple(Remedy(f"write {one}", one, misspelt=wrong, is_choice=len(rights) > 1) for one in rights)
-        message = f"{wrong}: a blank in a number, or a number without its letter; write {' or '.join(rights)}"
-        return statement.error("VP001", message, at, edits)
+        return statement.refuse_word(wrong, "a blank in a number, or a number without its letter", *rights, at=at)
     if earlier_words and (digit := re.fullmatch(r"(\d)([A-Z])(.+)", word)):
         number, rest = earlier_words[-1] + digit[1], digit[2] + digit[3]
         if pattern.fullmatch(number) and pattern.fullmatch(rest) and not earlier_words[-1].startswith("R"):
@@ -83,11 +78,10 @@ def find_slip(
                 rights.append(f"{earlier_words[-1]} {digit[2]}{digit[1]}{digit[3]}")
             at = text.rindex(earlier_words[-1], 0, begin)
             wrong = text[at : begin + len(word)]
-            is_choice = len(rights) > 1
-            edits = tuple(Remedy(f"write {one}", one, misspelt=wrong, is_choice=is_choice) for one in rights)
             what = "the blank is at a wrong place"
-            ending = f"write {' or '.join(rights)}" if is_choice else f"did you mean {rights[0]}?"
-            return statement.error("VP001", f"{wrong}: {what}; {ending}", at, edits)
+            if len(rights) > 1:
+                return statement.refuse_word(wrong, what, *rights, at=at)
+            return statement.error("VP001", f"{wrong}: {what}; did you mean {rights[0]}?", at)
     if moved_blank := _join_word(pattern, statement, text, begin):
         message, at = moved_blank
         return statement.error("VP001", message, at)
@@ -96,7 +90,7 @@ def find_slip(
             what, right = reading
             return statement.error("VP001", f"{written_word}: {what}; did you mean {right}?", at)
     if near := _list_near_words(pattern, word):
-        edits = tuple(Remedy(f"write {one}", one, misspelt=word, is_choice=True) for one in near)
+        edits = write_words(word, *near, is_choice=True)
         message = f"{word}: no meaning in this language; {' or '.join(near)}{MAY_BE_MEANT}"
         return statement.error("VP001", message, begin, edits)
     ends = (
@@ -105,11 +99,12 @@ def find_slip(
         if word[:at] not in ("F", "M", "R") and pattern.fullmatch(word[:at]) and pattern.fullmatch(word[at:])
     )
     if at := next(ends, 0):
-        right = f"{word[:at]} {word[at:]}"
-        edits = (Remedy(f"write {right}", right, misspelt=word),)
-        return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
+        return statement.refuse_word(word, "a blank is missing", f"{word[:at]} {word[at:]}", at=begin)
     if re.match(r"[-+]?[\d.]", word):
-        return statement.error("VP001", f"{word[:15]}: the letter before this number is missing", begin)
+        rights = [one for one in _list_lettered(statement, text, begin) if pattern.fullmatch(one)]
+        text = f"{word[:15]}: the letter before this number is missing"
+        text += f"; write {' or '.join(rights)}" if rights else ""
+        return statement.error("VP001", text, begin, write_words(word, *rights, is_choice=True))
     return None
 
 
@@ -121,8 +116,21 @@ def _list_divided(statement: Statement, text: str, begin: int) -> list[str]:
     has_point = re.search("[.,]", before[0]) is not None
     is_feed = len(word) > _DIGITS_OF_DECIMALS and word[0] != "0" and statement.keyword == "L"
     is_feed = is_feed and re.search(r"(?<!\w)F", text) is None and _COORDINATE_BEHIND.search(text, begin) is None
+    if statement.keyword == "TOOL CALL" and word[0] != "0" and before[0][0] == "S":
+        return [f"{before[0]} F{word}", f"{before[0]}{word}"]
     feed = [f"{before[0]} F{word}"] * is_feed
     return feed if has_point else feed or [f"{before[0]}.{word}", f"{before[0]}{word}"]
+
+
+def _list_lettered(statement: Statement, text: str, begin: int) -> list[str]:
+    """A number alone with each letter that it may have lost: S, or F behind it; an axis between those around it."""
+    word = text[begin:].split()[0]
+    if statement.keyword == "TOOL CALL":
+        return [f"{one}{word}" for one in "SF" if re.search(rf"(?<!\w){one}", text) is None][:1]
+    axes = [[_AXES.index(one) for one in _COORDINATE_OF.findall(part)] for part in (text[:begin], text[begin:])]
+    between = _AXES[max(axes[0], default=-1) + 1 : min(axes[1], default=len(_AXES))]
+    is_place = statement.keyword in ("L", "C", "BLK FORM") and re.search("[-+.,]", word) is not None
+    return [f"{one}{word}" for one in between] if is_place and len(between) <= _MOST_LETTERS else []
 
 
 def _list_near_words(pattern: re.Pattern[str], word: str) -> list[str]:

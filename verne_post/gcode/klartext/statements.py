@@ -21,7 +21,7 @@ from verne_post.gcode.klartext.first_words import (
     refuse_unread,
 )
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
 from verne_post.gcode.words import split_words
 from verne_post.model.findings import Remedy
@@ -40,7 +40,7 @@ _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^
 _REMARK: Final = re.compile(rb"[ \t]*+\d*+[ \t]*+;.*", re.DOTALL)
 _LABEL: Final = re.compile(
     rb"^[ \t]*+/?[ \t]*+N?\d*+(?:[A-Z](?=[ \t]+LBL))?[ \t]*+/?[ \t]*+(?:LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))|(LBL\d+)"
-    rb"|([A-Z]{2,4}+[ \t]*+(?:\"[^\n;]*|[\dLIO]*|[^\n;]*\")))[ \t\r]*(?:;[^\n]*)?$",
+    rb"|([A-Z]{2,5}+[ \t]*+(?:\"[^\n;]*|[\dLIO]*|[^\n;]*\")))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
 _LETTER_IN_NUMBER: Final = re.compile(rb"[ \t]*+/?[ \t]*+(?:N\d|\d++[A-Z])", re.IGNORECASE)
@@ -83,6 +83,11 @@ class Statement(Struct, frozen=True):
         """An error of this statement, at a place of ``rest``: what stands behind blanks there."""
         line, column = (None, None) if at is None else self.find_place(at + _count_blanks(self.rest[at:]))
         return ProgramError(code, message, column, line if line != self.line else None, edits=edits)
+
+    def refuse_word(self, wrong: str, what: str, *rights: str, at: int) -> ProgramError:
+        """VP001 of a word at a place of ``rest``, with the words of which one is to be written, each an edit."""
+        message = f"{wrong}: {what}; write {' or '.join(rights)}"
+        return self.error("VP001", message, at, write_words(wrong, *rights))
 
     @contextmanager
     def place_errors(self, at: int) -> Iterator[None]:
@@ -301,12 +306,17 @@ class KlartextText(ChunkedText):
         return found
 
 
-def find_equals(text: str, at: int) -> str:
-    """The message about a word with = before its number, as in SPA=25; empty for other words."""
+def find_equals(statement: Statement, text: str, at: int) -> ProgramError | None:
+    """The error of a word with = before its number: SPA=25 may have either sign, the key of - is beside that of =."""
     word = _EQUALS.match(text, at)
-    sign = "" if word is None or word[2][0] in "+-" else "+"
+    if word is None:
+        return None
     what = "the letters and the number of a word have no = between them"
-    return "" if word is None else f"{word[0].strip()}: {what}; did you mean {word[1]}{sign}{word[2]}?"
+    signs = ("",) if word[2][0] in "+-" else ("+", "-") if word[2].strip("0.,") else ("+",)
+    rights = [f"{word[1]}{sign}{word[2]}" for sign in signs]
+    if len(rights) > 1:
+        return statement.refuse_word(word[0].strip(), what, *rights, at=at)
+    return statement.error("VP001", f"{word[0].strip()}: {what}; did you mean {rights[0]}?", at)
 
 
 def _find_meant_label(text: str) -> str:

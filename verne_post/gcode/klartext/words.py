@@ -82,7 +82,9 @@ class Words(Struct):
         """Refuse words that nothing has used; ``other_words`` may name side, F (FMAX, F AUTO), DR and M."""
         for name, value in self.values.items():
             written_word = statement.rest[self.columns[name] :].split()[0]
-            if not value and re.fullmatch("R00|T0", written_word):  # keys beside R, or 0 twice
+            divided_word = re.match(r"R[ \t]+0(?![^ \t])", statement.rest[self.columns[name] :])
+            written_word = divided_word[0] if divided_word else written_word
+            if not value and (divided_word or re.fullmatch("R00|T0", written_word)):  # keys beside R, or 0 twice
                 text = f"{written_word}: {statement.keyword} does not use {name}; did you mean R0?"
                 raise statement.error("VP006", text, self.columns[name])
             raise statement.error(

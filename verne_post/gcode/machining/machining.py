@@ -142,10 +142,12 @@ def explain_g91(core: "Machining", error: ProgramError, line: int) -> ProgramErr
     return error
 
 
-def explain_bare_arc(core: "Machining", motion: str, line: int) -> str:
-    """The G2 or G3 of a line above ``line`` that makes an arc of its places; empty where the line has its own."""
+def refuse_bare_arc(core: "Machining", motion: str, line: int, text: str) -> ProgramError:
+    """The error of an arc without a centre, with the G2 or G3 of a line above; all of one are one finding."""
     since = core.word_lines.get("arc", line)
-    return "" if since == line else f"{motion} of line {since} is still in force: write G1 if a line is meant; "
+    mode = f"{motion} of line {since}"
+    start = "" if since == line else f"{mode} is still in force: write G1 if a line is meant; "
+    return ProgramError("VP005", f"{start}{text}", cause=mode)
 
 
 def note_g91(core: "Machining", line: int, *, absolute: bool) -> None:

@@ -105,7 +105,7 @@ class Tools:
             raise ProgramError(
                 "VP018",
                 f"--tool-length is the length of one tool, but the program uses {names[0]} and {names[1]}; use "
-                "--tool-table instead, or [tools] of the set-up in place of tool_length (`verne-post setup` writes it)",
+                "--tool-table instead, or [tools] of the set-up (`verne-post setup` writes it), without tool_length",
                 about=names[1],
                 settled_by=find_tool_key(state.only_tool, "length", state.tool_names),
             )
@@ -358,7 +358,7 @@ class Tools:
     def suggest_diameter(self, number: int) -> str:
         """What gives a tool that is in no table its diameter."""
         key = quote_key(find_tool_key(number, "diameter", self.state.tool_names)[1])
-        instead = " in place of tool_length" if self.setup.tool_length is not None else ""
+        instead = " (which has no tool_length then)" if self.setup.tool_length is not None else ""
         entry = f"[tools] {key} = {{ length = MM, diameter = MM }}"
         return f"write {entry} into the set-up{instead}, or give --tool-table FILE"
 

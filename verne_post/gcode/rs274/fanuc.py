@@ -638,7 +638,8 @@ def execute_fanuc(source: Text, setup: Setup, state: State, stop: StopConditions
     execution = execute_blocks(source, setup, state, stop, FanucInterpreter)
     keys = read_keys(FanucKeys, setup.control.get("fanuc", {}))
     if setup.machine and stop == StopConditions():
-        if not keys.decimal_point and (found := find_mixture(source)):
+        wrong = {item.line for item in execution.errors}
+        if not keys.decimal_point and (found := find_mixture(source, wrong)):
             execution.recorder.warnings[found.line or 1, found.code] = found
         if not keys.units and (line := find_length_without_unit(source)):
             execution.recorder.note_once("VP039", _NO_UNIT, line)

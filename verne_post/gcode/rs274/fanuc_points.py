@@ -1,7 +1,7 @@
 """Words of Fanuc programs without a decimal point: X20 is 20 mm or 20 least increments, by a setting."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from typing import Final
 
 import numpy as np
@@ -45,11 +45,14 @@ _WEIGHTS: Final = re.compile(rb"G0*6\.2", re.IGNORECASE)
 _PLAIN: Final = b"XYZUVWABC"
 
 
-def find_mixture(source: Text) -> Finding | None:
-    """VP038: a program with words both with and without a decimal point, whose control nobody has described."""
+def find_mixture(source: Text, wrong: Container[int | None] = ()) -> Finding | None:
+    """VP038: a program with words both with and without a decimal point, whose control nobody has described.
+
+    Words of ``wrong`` lines, which have an error, lack no point: a letter may stand in place of it.
+    """
     letters = _list_letters(source)
     pointed_line = next((line for line, _column, _word in _find_words(source, _POINTED_WORD, letters)), None)
-    bare = [] if pointed_line is None else list(_find_words(source, _BARE, letters))
+    bare = [] if pointed_line is None else [one for one in _find_words(source, _BARE, letters) if one[0] not in wrong]
     return None if pointed_line is None or not bare else _report_mixture(source, bare, pointed_line)
 
 

@@ -4,6 +4,7 @@ Structure is known from the text (:class:`~verne_post.gcode.text.Structure`); th
 conditions, counters, calls with their arguments and names.
 """
 
+import dataclasses
 import re
 from collections.abc import Sequence
 from typing import Final
@@ -386,6 +387,8 @@ class Flow:
         near = [] if repeats else self._find_near_programs(label)
         files = [] if repeats or near else self._find_near_files(label)
         edits = self._write_numbers(near or files, label, "P", self.calls.line - 1) if self._is_in_main else ()
+        if len(near) == 1 and self._is_called(near[0]):  # it is meant elsewhere
+            edits = tuple(dataclasses.replace(one, is_choice=True) for one in edits)
         head, edits_of_head = ("", ()) if repeats else self._find_head(label, near)
         if head:
             message += f"; {head}"

@@ -72,6 +72,7 @@ _KEYS_OF_WORDS: Final = {
     "A": "ZS", "B": "G", "C": "XF", "D": "FSX", "E": "S", "H": "GY", "I": "", "J": "M", "K": "M", "N": "M", "R": "F",
     "T": "FGY", "U": "Y", "V": "GF", "W": "S",
 }  # fmt: skip
+_KEY_BESIDE_G0: Final = 90  #: G9, times ten.
 _LEAST_SPEED: Final = 30  #: Numbers of F and S are not below it, as a rule.
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
@@ -648,6 +649,7 @@ class Rs274(Language):
                 near = [spell_g_code(one) for one in sorted(self.table.group_of_g) if one // 10 == code // 10]
                 codes_with_point = [one for one in plain_codes if moves and one == number]  # G434
                 near_codes = self._list_near_codes(f"{number:g}", codes_with_point if moves else plain_codes)
+                near_codes += ["G0"] if moves and code == _KEY_BESIDE_G0 else []
                 near += [] if near else near_codes
                 such = f", such as {' or '.join(', '.join(near).rsplit(', ', 1))}" if near else ""
                 text += f", as {' or '.join(near_codes)} would be" if near_codes and not moves else ""

@@ -12,7 +12,7 @@ from verne_post.base.long_text import Text, iterate_lines
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.block import read_setting, strip_comments
 from verne_post.gcode.expressions import NO_OPENING_BRACKET, TAKE_BRACKET, Key, ValueReader, Values
-from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, write_words
 from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Remedy
 
@@ -38,6 +38,11 @@ _KEYWORD: Final = re.compile(rf"({'|'.join(sorted(KINDS, key=len, reverse=True))
 _LETTER_O: Final = re.compile(r"GO\d+[A-Z]")
 _LABEL: Final = re.compile(r"\(*/?(?:N\d+)?\(*")
 _OTHERS: Final = re.compile(r"(THEN|ELSE|ENDIF|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b")
+#: END of a loop with a letter lost, another one in its place, or two in the wrong order.
+_LIKE_END: Final = re.compile(
+    rb"^[ \t]*(?:N\d+[ \t]*)?((?:E[ND]|ND|NED|EDN|[WRSD]ND|E[BHJM]D|EN[SERFCX])[ \t]*[1-3]|EN[1-3]D)(?![\w.])",
+    re.MULTILINE | re.IGNORECASE,
+)
 #: Lines that may open or close a loop, and that may begin with a number.
 _LOOP_LINE: Final = re.compile(
     rb"^[^\n]*?(?:(?:DO|END?|WH[^\n]*D0)[ \t]*[1-9]|WH[^\n]*\])[^\n]*$", re.MULTILINE | re.IGNORECASE
@@ -296,9 +301,15 @@ def _find_loops(source: Text, programs: Collection[int]) -> Loops:
             first, _number = open_loops.pop()
             loops.end[first], loops.begin[line] = line, first
     if open_loops:
-        raise ProgramError(
-            "VP023", f"DO{open_loops[-1][1]} is never ended; expected END{open_loops[-1][1]}", line=open_loops[-1][0]
-        )
+        line, number = open_loops[-1]
+        text = f"DO{number} is never ended; expected END{number}"
+        slips = _LIKE_END.finditer(source)
+        ends = [one for one in slips if source.count(b"\n", 0, one.start(1)) >= line and number.encode() in one[1]]
+        if len(ends) != 1:
+            raise ProgramError("VP023", text, line=line)
+        wrong, at = ends[0][1].decode(), source.count(b"\n", 0, ends[0].start(1)) + 1
+        edits = write_words(wrong, f"END{number}", line=at, is_choice=True)
+        raise ProgramError("VP023", f"{text}; line {at} has {wrong}: write END{number} there", line=line, edits=edits)
     return loops
 
 

@@ -14,10 +14,10 @@ from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import (
     Machining,
-    explain_bare_arc,
     explain_inverse_time,
     explain_no_feed,
     name_word,
+    refuse_bare_arc,
 )
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import advise_length, find_tool_key, report_unloaded, stands_in, suggest_call
@@ -83,6 +83,15 @@ def refuse_lacking(
             raise ProgramError(
                 "VP012", f"no tool is called before the first feed move; {how}".replace('T"', 'T="')
             ).advise("")
+        if selections and not selections[-1].is_loaded and not state.loaded_tool:
+            selection = selections[-1]
+            if selection.number in (state.tools or {}):
+                then = f"G43 H{selection.number}"
+                text = (
+                    f"{selection.spell()} of line {selection.line} only selects the tool, and no length is in force "
+                    f"before the first feed move; write {selection.describe_change()}, and {then} before this move"
+                )
+                raise ProgramError("VP012", text, edits=write_before(then)).advise("")
         length = None if tool is None or tool.unmeasured else tool.offset[2]
         # a tool that no table has was reported at its call; that nothing takes its length is another mistake
         is_reported = tool is not None and stands_in(tool) and bool(selections) and selections[-1].is_loaded
@@ -424,9 +433,8 @@ class MotionCodes:
                 is_scaled=self.modes.maps is not NO_MAPS,
             )
         else:
-            since = explain_bare_arc(self.core, f"G{motion // 10}", block.line)
             text = f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}"
-            raise ProgramError("VP005", f"{since}{text}")
+            raise refuse_bare_arc(self.core, f"G{motion // 10}", block.line, text)
         self.draw_arc(block, start, end, arc, self.values.list_named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------

@@ -283,7 +283,7 @@ class _BlockRun:
 
     def end_text(self, execution: Execution) -> bool:
         """The text ends without M2 or M30: an error but for a pair of %."""
-        if self._is_unread and not self.calls.in_call:  # the last line may be what ends the program
+        if self._is_unread:  # the last line may be what ends the program
             return False
         flow, text = self.flow, self.calls.text
         percent = text.opening is not None

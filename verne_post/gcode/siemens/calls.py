@@ -48,6 +48,7 @@ class Procedure(Struct, frozen=True):
     parameters: tuple[Parameter, ...] = ()
     save: bool = False
     is_missing: bool = False  #: The subprogram has no PROC line.
+    name: str = ""  #: Which the PROC line gives.
 
 
 class Repeat(Struct):
@@ -182,7 +183,8 @@ def _refuse_headless(text: str) -> None:
 def _read_proc(cursor: Cursor, line: int) -> Procedure:
     cursor.skip()
     at = cursor.at
-    name_and_type = _TYPE_BEHIND_NAME.fullmatch(cursor.name() or "")
+    own_name = cursor.name() or ""
+    name_and_type = _TYPE_BEHIND_NAME.fullmatch(own_name)
     if name_and_type is not None and cursor.peek_name() is not None and ")" in cursor.text:
         written_text, end = cursor.text[at : at + name_and_type.end()], name_and_type.end(1)
         right = f"{written_text[:end]}({written_text[end:]}"
@@ -205,7 +207,7 @@ def _read_proc(cursor: Cursor, line: int) -> Procedure:
         if name not in _FLAGS:
             raise cursor.error("VP002", f"{name} is not known after PROC")
         save = save or name == "SAVE"
-    return Procedure(line, tuple(found), save)
+    return Procedure(line, tuple(found), save, name=own_name)
 
 
 def _read_parameter(cursor: Cursor) -> Parameter:

@@ -18,6 +18,7 @@ from verne_post.gcode.machining.assumptions import (
     know_axis,
 )
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.mistyped import UNREADABLE
 from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -51,7 +52,10 @@ _PLACES: Final = frozenset({*AXES, "AP", "RP", "I", "J", "K", "CR", "AR", "A3", 
 _WITHOUT_TCP: Final = "without TRAORI"
 #: The motion of a block that cannot be read, also where the G before its number is what is missing.
 _MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-3])(?![\d.=])")
+_UNKNOWN_CODE: Final = re.compile(r"G\d+ is not a code")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
+#: What a word of F may have become: its letter is missing, or one whose key is beside, or its number.
+_LOST_FEED: Final = re.compile(r"[CDGRTV]?\d+\.?\d*F?(?![\w.=])|F(?![\w=])|(?<=F)\(")
 _LONE_M: Final = re.compile(r"(?<![A-Z0-9_$])M(?:0?6)?(?=[ \t]|$)")
 _TOOL: Final = re.compile(r"(?<![A-Z0-9_$])T1?[ \t]*[=\"]")
 _SET_R: Final = re.compile(r"(?<![\w$])R(\d{1,5})[ \t]*=(?!=)")
@@ -123,6 +127,7 @@ class Executor:
 
     def read(self, cursor: Cursor, line: int) -> Words:
         """Read the words of a block."""
+        self.words.motion = self.modes.motion
         return self.words.read(cursor, line)
 
     def run(self, words: Words) -> bool:
@@ -240,7 +245,8 @@ class Executor:
         state, named_letters = self.interpreter.state, set(_NAMED_AXIS.findall(text))
         for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
-        self.uncertain |= bool(named_letters - {"F"}) or error.code == "VP001"  # a letter may be what is missing
+        # a letter may be what is missing, or another one
+        self.uncertain |= bool(named_letters - {"F"}) or error.code in ("VP001", "VP011")
         if named_letters & set("XYZ"):  # the motion after a change of the length, which VP016 asks for
             forget_change_of_length(state)
         follows |= self.has_unread_value and error.code == "VP009"
@@ -257,10 +263,13 @@ class Executor:
         self.has_unread_value |= error.code == "VP001" and _SET_VALUE.match(text) is not None
         for number in _SET_R.findall(text):
             self.variables.r.setdefault(int(number), 0.0)
-        if "F" in named_letters:
+        is_unread = error.code in UNREADABLE and error.column is not None
+        if "F" in named_letters or (is_unread and _LOST_FEED.match(text, (error.column or 1) - 1)):
             assume_feed(state)
         if error.code == "VP001" and (motion := _MOTION.search(text)) is not None:
             self.modes.motion = f"G{motion[1]}"
+        elif error.code == "VP002" and _UNKNOWN_CODE.match(error.message):  # it may be what ends an arc
+            self.modes.motion = "G1"
         if error.code == "VP048":
             assume_rigid_tapping(state)
         if error.code in ("VP017", "VP026"):  # G40 may be missing before it: what follows would only say so again

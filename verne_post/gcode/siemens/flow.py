@@ -32,8 +32,9 @@ from verne_post.gcode.siemens.headers import find_meant_header
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
 from verne_post.gcode.siemens.milling import MODAL_MILLING
 from verne_post.gcode.siemens.program import Section, SiemensText, refuse_header, split_line
+from verne_post.gcode.siemens.slips import explain_moved_blank
 from verne_post.gcode.siemens.values import read_value, spell_value
-from verne_post.gcode.siemens.variables import refuse_leftover
+from verne_post.gcode.siemens.variables import TYPES, refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
 from verne_post.model.findings import Remedy
 
@@ -41,6 +42,7 @@ from verne_post.model.findings import Remedy
 _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
 #: A letter whose key is beside that of N before a number at the beginning of a line, and a block number.
 _NEAR_N: Final = re.compile(r"[ \t]*([BHJM])(\d{2,9})(?=[ \t])", re.IGNORECASE)
+_I_IN_NUMBER: Final = re.compile(r"[ \t]*(N)(\d{0,8}I\d{1,8})(?=[ \t]+[A-Z_])", re.IGNORECASE)
 _BLOCK_NUMBER: Final = re.compile(rb"[ \t]*N[ \t]*(\d{1,9})", re.IGNORECASE)
 #: What begins a program; a name may begin with _, as in %_NEW_MPF.
 _NAME_OF_PROGRAM: Final = re.compile(r"%[A-Z_]\w*_[MS]PF", re.IGNORECASE | re.ASCII)
@@ -69,6 +71,7 @@ class Flow:
         self.library = Library(executor.setup, main)
         executor.words.is_subprogram = self.is_subprogram
         executor.words.list_subprograms = self.library.list_names
+        executor.words.is_label = lambda name: name in self.calls.text.labels
         self.calls = CallStack(main, main.main.first, Frame(main.main))
         self.has_ended = False
         self.repeats = Repeats(executor.setup.max_repeats)
@@ -118,14 +121,16 @@ class Flow:
     @staticmethod
     def _refuse_misspelt_number(line_text: str, text: SiemensText, line: int) -> None:
         """Refuse (VP001) M120 that stands for N120, as the numbers above and below show, in a line with an error."""
-        match = _NEAR_N.match(line_text)
+        match = _NEAR_N.match(line_text) or _I_IN_NUMBER.match(line_text)
         if match is None or line < _SECOND_LINE:
             return
-        numbers = [_BLOCK_NUMBER.match(text.read_line(number)) for number in (line - 1, line + 1)]
-        above, below = (None if one is None else int(one[1]) for one in numbers)
-        if above is not None and above < int(match[2]) < (below or math.inf):  # none below the last one
-            message = f"{match[1]}{match[2]}: a block number begins with N; did you mean N{match[2]}?"
-            raise ProgramError("VP001", message, match.start(1) + 1) from None
+        beside = [_BLOCK_NUMBER.match(text.read_line(number)) for number in (line - 1, line + 1)]
+        above, below = (None if one is None else int(one[1]) for one in beside)
+        for number in dict.fromkeys(match[2].upper().replace("I", digit) for digit in "18"):
+            if above is not None and above < int(number) < (below or math.inf):  # none below the last one
+                what = "the letter I in a number" if number != match[2] else "a block number begins with N"
+                message = f"{match[1]}{match[2]}: {what}; did you mean N{number}?"
+                raise ProgramError("VP001", message, match.start(1) + 1) from None
 
     def _is_of_missing(self, error: ProgramError, missing: MissingValues, raw: bytes, line: int) -> bool:
         """Whether a missing value of the call leads to an error: with other values the line has none, or another one.
@@ -302,6 +307,13 @@ class Flow:
             error.column = error.column or (None if error.line else call.column)
             raise
         executor.record_event(self.calls.show(line), "call", label=section.name)
+        name, own_name = section.name or call.name, procedure.name
+        if own_name and name.upper() not in (own_name.upper(), f"_N_{own_name}_SPF".upper()):
+            text = (
+                f"{name} is called, and its PROC line names {own_name}: is this the text of another subprogram? write "
+                f"PROC {name} there, or call {own_name}"
+            )
+            executor.interpreter.recorder.note_once("VP023", text, self.calls.show(line), severity="warning")
         saved_modes = executor.modes.copy() if procedure.save else None
         kept_scope = copy_scope(scope) if repeats > 1 else {}
         frame = Frame(section, repeats, saved_modes, results=results, scope=kept_scope)
@@ -385,6 +397,10 @@ class Flow:
     # --- definitions, messages ----------------------------------------------------------------------------------
 
     def _define(self, cursor: Cursor, line: int) -> None:
+        cursor.skip()
+        is_used = self.calls.text.has_name
+        if message := explain_moved_blank(cursor.text, cursor.at, TYPES, lambda _type, name: is_used(name)):
+            raise cursor.error("VP001", message)
         self.executor.variables.define(cursor)
         refuse_leftover(cursor)
 

@@ -13,6 +13,7 @@ from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor, strip_zeros
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.program import SiemensText, split_line
+from verne_post.gcode.siemens.slips import explain_moved_blank
 from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.model.findings import Remedy
@@ -48,9 +49,13 @@ def _execute_if(flow: Running, cursor: Cursor, line: int) -> None:
         if holds:
             _jump(flow, cursor, line, word)
         return
+    if word and (message := flow.executor.words.explain_moved_blank(cursor.text, cursor.at)):
+        raise cursor.error("VP001", message)
     refuse_leftover(cursor)
     structure = flow.calls.text.structure
     branch = structure.branch[line]
+    if not holds:
+        _refuse_misspelt_else(flow, line, branch)
     if not holds and branch in structure.end:  # ELSE
         item = split_line(flow.calls.text.read_line(branch))
         other = Cursor(item.text, item.begin)
@@ -58,6 +63,15 @@ def _execute_if(flow: Running, cursor: Cursor, line: int) -> None:
         refuse_leftover(other)
     if not holds:
         flow.calls.line = branch + (branch in structure.end)
+
+
+def _refuse_misspelt_else(flow: Running, begin: int, branch: int) -> None:
+    """Refuse (VP002) a line that is passed, of one word that is nearly ELSE."""
+    for line, (word, column) in flow.calls.text.like_else.items():
+        if begin < line < branch and not flow.executor.words.is_subprogram(word.upper()):
+            error = ProgramError("VP002", f"{word}: no meaning in this language; did you mean ELSE?", column, line)
+            error.breaks_structure = True
+            raise error
 
 
 def _execute_else(flow: Running, cursor: Cursor, line: int) -> None:
@@ -123,6 +137,13 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
             if word != "GOTOB" and (bare.line or 0) > line:
                 flow.calls.line = (bare.line or 0) + 1
             raise bare
+        damaged_lines = [one for one in flow.calls.text.find_damaged_labels(target) if word != "GOTOB" or one < line]
+        if damaged_lines and (word != "GOTOF" or damaged_lines[-1] > line):
+            flow.calls.line = damaged_lines[-1]  # which says what is wrong
+            return
+        begin = cursor.text.upper().rindex(word, 0, at)
+        if message := flow.executor.words.explain_moved_blank(cursor.text, begin):
+            raise cursor.error("VP001", message, begin)
         where = {"GOTOF": " after this line", "GOTOB": " before this line"}.get(word, "")
         text = f"there is no such label or block number{where}"
         others = (
@@ -181,18 +202,16 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     at, name = cursor.at, cursor.name()
     if name is None:
         raise cursor.error("VP001", "expected a variable after FOR", at)
-    known_name = name.rstrip("0123456789")
-    if cursor.skip() not in ("=", "[") and known_name != name and variables.is_known(known_name):
+    known_name, is_known = name.rstrip("0123456789"), variables.is_known
+    if cursor.skip() not in ("=", "[") and known_name != name and is_known(known_name):
         right = f"{known_name}={name[len(known_name) :]}"
         edits = (Remedy(f"write {right}", right, misspelt=name),)
         raise cursor.error("VP001", f"{name}: an = is missing; write {right}", at, edits)
     variables.assign(name, cursor, at)
     cursor.skip()
     at, word = cursor.at, cursor.name()
-    if word and re.fullmatch(r"TO\d+", word):
-        right = f"TO {word[2:]}"
-        edits = (Remedy(f"write {right}", right, misspelt=word),)
-        raise cursor.error("VP001", f"{word}: a blank is missing; write {right}", at, edits)
+    if message := explain_moved_blank(cursor.text, at, ["TO"], lambda _to, name: name.isdigit() or is_known(name)):
+        raise cursor.error("VP001", message, at)
     if word != "TO":
         slip = "T0: a zero in place of the letter O; did you mean TO?"
         other = f"{word}: no word of FOR; did you mean TO?" if word else "expected TO and the last value of FOR"

@@ -24,6 +24,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.corners import SiemensCorners
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.model.control_keys import SiemensKeys, read_keys
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 from verne_post.model.protocols import name_solution
 
@@ -246,7 +247,12 @@ class SiemensMotion:
         for axis, value in places.items():
             letter = AXES[axis]
             if letter not in self.setup.axes:
-                error = block.error("VP011", self.setup.describe_missing_axis(letter), letter)
+                text, edits = self.setup.describe_missing_axis(letter), tuple[Remedy, ...]()
+                if letter == "U" and "Y" not in block.columns:
+                    wrong, right = f"U{value:g}", f"Y{value:g}"
+                    text += f"; {right} may be meant, whose key is beside"
+                    edits = (Remedy(f"write {right}", right, misspelt=wrong, is_choice=True),)
+                error = block.error("VP011", text, letter, edits=edits)
                 raise error.advise(self.setup.advise_axis(letter, "A3= B3= C3= of TRAORI"))
             if self.setup.machine and abs(value) > (MAX_ANGLE_DEG if 3 <= axis < 6 else MAX_LENGTH_MM):
                 raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
@@ -324,7 +330,8 @@ class SiemensMotion:
     def _take_rotary(self, end: list[float], places: dict[int, float]) -> None:
         """A and C words hold: as they are, or as a tool axis that goes on a great circle."""
         state = self.state
-        if state.tool_axis is not None and not set(self.setup.rotary) <= set(places):
+        is_known = state.tool_axis is None or self.core.recorder.is_axis_named
+        if not is_known and not set(self.setup.rotary) <= set(places):
             raise ProgramError(
                 "VP013",
                 f"{self._name_rotary(places)} alone after tool vectors: no word has chosen between the two "

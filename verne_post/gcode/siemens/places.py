@@ -9,7 +9,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import VECTOR_LENGTH, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANE_NAMES, PLANES
 from verne_post.gcode.lengths import measure_length
-from verne_post.gcode.machining.machining import explain_bare_arc, explain_g91, name_word
+from verne_post.gcode.machining.machining import explain_g91, name_word, refuse_bare_arc
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep
 from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.rs274.motion import MAX_TURNS
@@ -223,8 +223,8 @@ class SiemensPlaces:
         if center is None and ("AP" in words.words or "RP" in words.words):
             center = self.motion.modes.pole[0] - here[0], self.motion.modes.pole[1] - here[1]
         if center is None:
-            since = explain_bare_arc(self.core, "G2" if clockwise else "G3", block.line)
-            raise ProgramError("VP005", f"{since}an arc needs its centre (I, J, K), CR=, or AR=")
+            text, motion = "an arc needs its centre (I, J, K), CR=, or AR=", "G2" if clockwise else "G3"
+            raise refuse_bare_arc(self.core, motion, block.line, text)
         return center, 0.0, turns
 
     def _read_turns(self, word: Word | None) -> int:

@@ -8,13 +8,14 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
-from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_correction, find_meant
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, write_before
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import NAME, strip_zeros
 from verne_post.gcode.siemens.headers import find_meant_header
+from verne_post.gcode.siemens.slips import HEADS, explain_moved_blank
 from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line, take_code
 from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
 from verne_post.model.findings import Remedy
@@ -54,7 +55,12 @@ _HEADER_ABOVE_PROC: Final = (
 _PROC_LINE: Final = rb"^[ \t]*+(?:N\d+[ \t]*+)?(PROC)[ \t]+%s(?!\w)"
 _TARGET: Final = rb"(?<![A-Z0-9_])GOTO[FBC]?[ \t]+%s(?![A-Z0-9_])"
 _NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
-_JUMPS: Final = re.compile(rb"(?<![A-Z0-9_])GOTO[FBCS]?(?![A-Z0-9_])", re.IGNORECASE)
+#: Characters behind a word that may be those of its name.
+_LONGEST_NAME: Final = 40
+#: Also one that lacks a blank.
+_JUMPS: Final = re.compile(rb"(?<![A-Z_])GOTO", re.IGNORECASE)
+#: A line of one word that may be meant for ELSE.
+_LONE_WORD: Final = re.compile(_BEGINS + rb"([ELS]{3,5})(?=[ \t\r]*(?:;[^\n]*)?$)", re.IGNORECASE | re.MULTILINE)
 _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
 #: Words that are no slip of another one.
 _STRUCTURE_WORDS: Final = (*_CLOSES, *_CLOSES.values(), "ELSE")
@@ -246,6 +252,14 @@ class SiemensText(ProgramText):
         column = found[0].start(1) - found[0].start() + 1
         return ProgramError("VP001", f"{name}: a label ends with a colon; write {name}:", column, line, edits=edits)
 
+    def find_damaged_labels(self, name: str) -> list[int]:
+        """The lines of a label that stands behind what cannot be read, or has a blank in it."""
+        letters = rb"[ \t]*".join(re.escape(one.encode()) for one in name[:_LONGEST_NAME])
+        pattern = rb"^[ \t]*+N?[\w \t]{0,12}?%b[ \t]*:(?!=)" % letters
+        found = re.finditer(pattern, self.source, re.IGNORECASE | re.MULTILINE)
+        lines = (1 + self.source.count(b"\n", 0, one.start()) for one in found)
+        return [line for line in lines if split_line(self.read_line(line)).label is None]
+
     def find_misspelt_header(self, name: str) -> ProgramError | None:
         """The error of a line that would begin the subprogram of this name, such as %_NFACE_SPF; None without one.
 
@@ -297,19 +311,44 @@ class SiemensText(ProgramText):
                 continue  # REPEAT label
             if (word in _CLOSES or word == "ELSE") and not _fits(open_words, word):
                 self._refuse_misspelt_begin(_CLOSES.get(word, "IF"), open_words[-1][1] if open_words else 0, line)
+                if open_words:
+                    self._refuse_open(*open_words[-1], line)
             self._take(structure, open_words, word, line, match.start(1) - match.start() + 1)
-        for word, begin, column in open_words:
-            closing = _find_end(word)
-            edits = self._find_misspelt_end(begin, closing)
-            text = f"{word} is never closed; expected {closing}"
-            text += "".join(f", which line {edit.line} writes as {edit.misspelt}" for edit in edits)
-            raise ProgramError("VP023", text, column, line=begin, edits=edits)
+        for opening in open_words:
+            self._refuse_open(*opening)
         return structure
+
+    @cached_property
+    def like_else(self) -> dict[int, tuple[str, int]]:
+        """Lines of one word that may be meant for ELSE: the word and its column."""
+        found = dict[int, tuple[str, int]]()
+        for match in _LONE_WORD.finditer(self.source):
+            if find_meant(match[1].decode().upper(), ["ELSE"], slip_alone=True):
+                line = 1 + self.source.count(b"\n", 0, match.start(1))
+                found[line] = match[1].decode(), match.start(1) - match.start() + 1
+        return found
+
+    def has_name(self, name: str) -> bool:
+        """Whether a name stands in the text."""
+        return re.search(rb"(?<![\w$])%b(?!\w)" % re.escape(name.encode()), self.source, re.IGNORECASE) is not None
+
+    def _refuse_open(self, word: str, begin: int, column: int, end: int = 0) -> None:
+        """Refuse (VP023) what is never closed; what another word closes at ``end``, if its own end is misspelt."""
+        closing = _find_end(word)
+        edits = self._find_misspelt_end(begin, closing, end)
+        text = f"{word} is never closed; expected {closing}"
+        text += "".join(f", which line {edit.line} writes as {edit.misspelt}" for edit in edits)
+        if edits or not end:
+            raise ProgramError("VP023", text, column, line=begin, edits=edits)
 
     def _refuse_misspelt_begin(self, opening: str, begin: int, end: int) -> None:
         """Refuse (VP002) the first word of a line between two that is nearly the one which opens a structure."""
         for match in _FIRST_WORD.finditer(self.source):
             word = match[1].decode()
+            if message := self._explain_moved_blank(match, opening):
+                line = 1 + self.source.count(b"\n", 0, match.start(1))
+                if begin < line < end:
+                    raise ProgramError("VP001", message, match.start(1) - match.start() + 1, line=line)
             code, what = "VP002", "no meaning in this language"
             if opening.startswith(word.upper()) and word.upper() != opening:
                 two_words = _TWO_PARTS.match(self.source, match.start(1))
@@ -326,21 +365,32 @@ class SiemensText(ProgramText):
                 message = f"{word}: {what}; did you mean {opening}?"
                 raise ProgramError(code, message, match.start(1) - match.start() + 1, line=line)
 
-    def _find_misspelt_end(self, begin: int, closing: str) -> tuple[Remedy, ...]:
-        """The first word of a line below that is nearly the end of a structure, as it is meant."""
+    def _explain_moved_blank(self, match: "re.Match[bytes]", word: str) -> str:
+        """The message about a statement whose blank is missing or one place too far, at the begin of a line."""
+        if match[1][:1].upper() != word[:1].encode() or word not in HEADS:
+            return ""
+        text = decode_line(self.source[match.start(1) : match.end(1) + _LONGEST_NAME])
+        return explain_moved_blank(text.partition("\n")[0], 0, [word], lambda _head, name: self.has_name(name))
+
+    def _find_misspelt_end(self, begin: int, closing: str, end: int) -> tuple[Remedy, ...]:
+        """The first word of a line below that is nearly the end of a structure; up to ``end`` if it is not 0."""
         is_near: dict[str, bool] = {}  # a long text has few words
         for match in _FIRST_WORD.finditer(self.source):
             word = match[1].decode()
             if word.upper() == "END" and (two_words := _DIVIDED_END.match(self.source, match.start(1))):
                 word = two_words[0].decode()  # END FOR
-            if word not in is_near:
+            correction = find_correction(self._explain_moved_blank(match, closing))
+            if correction is not None:
+                word, is_near[correction[0]] = correction[0], True
+            elif word not in is_near:
                 one_word = "".join(word.upper().split())
                 is_near[word] = word.upper() not in _STRUCTURE_WORDS and (
                     one_word == closing or bool(find_meant(one_word, [closing]))
                 )
             line = 1 + self.source.count(b"\n", 0, match.start(1)) if is_near[word] else 0
-            if line > begin:
-                return (Remedy(f"write {closing}", closing, line=line, misspelt=word),)
+            if begin < line and not 0 < end <= line:
+                right = closing if correction is None else correction[1]
+                return (Remedy(f"write {right}", right, line=line, misspelt=word),)
         return ()
 
     @staticmethod

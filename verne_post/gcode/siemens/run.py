@@ -105,5 +105,7 @@ class _SiemensRun:
 def _correct(text: str, error: ProgramError) -> str | None:
     """The line with the word that is meant; None for words of branches and loops, whose partners the text has."""
     correction = find_correction(error.message)
-    is_control = correction is not None and correction[1] in STATEMENTS and correction[1] not in _WITHOUT_PARTNER
+    words = [""] if correction is None else correction[1].upper().split()
+    is_jump = len(words) > 1 and "GOTO" in text.upper()
+    is_control = words[0] in STATEMENTS and words[0] not in _WITHOUT_PARTNER and not is_jump
     return None if is_control else correct_line(text, error)

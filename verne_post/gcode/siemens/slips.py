@@ -1,7 +1,7 @@
 """What is meant by words of a Siemens program in which a sign, a blank or a bracket is missing or too many."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Final
 
 from verne_post.base.suggestions import MAY_BE_MEANT
@@ -27,11 +27,14 @@ _AXIS_OR_FEED: Final = re.compile(r"[ \t]*(?:[XYZABCIJKFS]=?[-+]?[\d.]|$)", re.I
 _END_WITHOUT_M: Final = re.compile(r"(?:N\d+[ \t]+)?(30|0?2|17)[ \t]*", re.IGNORECASE)
 #: A number of a block, code, tool or edge with a sign.
 _SIGNED_COUNT: Final = re.compile(r"([GMNTDR])[-+](\d+)(?![\w.])", re.IGNORECASE)
+#: A number with its sign behind it.
+_SIGN_BEHIND: Final = re.compile(r"(?<![A-Za-z_$])([XYZABCIJK])(\d+\.?\d*|\.\d+)[-+](?:\s|$)", re.IGNORECASE)
 #: A number in which a small L stands for 1, as far as the L.
 _BEFORE_L: Final = re.compile(r"(?<![A-Za-z_])[A-Za-z]\w*=?[-+]?[\d.]+$")
 #: A G function and an address that no blank divides, and a variable and a word.
 _GLUED_CODE: Final = re.compile(r"([GMDTNSF]\d+)([A-Z]+\d?)")
-_GLUED_STATEMENT: Final = re.compile(r"(IF|WHILE|UNTIL|GOTO[FBC]?)(\w{2,})")
+#: A name, and another one behind a blank that may belong elsewhere.
+_NAMES: Final = re.compile(r"([A-Z]\w*)(?:[ \t]+\w+)?", re.IGNORECASE)
 _NO_VALUE: Final = re.compile(r"[ \t]+[A-Za-z_$]\w*[ \t]*=(?!=)")
 #: A component of a tool axis without its =.
 _VECTOR: Final = re.compile(r"([ABC]3)(\.\d+)(?![\w.])", re.IGNORECASE)
@@ -53,11 +56,13 @@ _LETTER_OF_DIGIT: Final = re.compile(
 )
 _DIGITS_ABOVE: Final = str.maketrans("QWERTYUIP", "123456780")
 #: A radius as other languages write it, a word that it may be glued to, an arc, its end, its centre or radius.
-_RADIUS: Final = re.compile(r"R([-+]?(?:\d+\.?\d*|\.\d+))(?![\d_.]|[ \t]*[-+*/=(\[])", re.IGNORECASE)
+_RADIUS: Final = re.compile(r"R[ \t]*=?[ \t]*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d_.]|[ \t]*[-+*/=(\[])", re.IGNORECASE)
 _WORD_BEFORE: Final = re.compile(r"[A-Z][-+]?[\d.]{1,20}$", re.IGNORECASE)
-_ARC: Final = re.compile(r"(?<![A-Z_$\d])G0?[23](?![\d.])", re.IGNORECASE)
+_MOTION: Final = re.compile(r"(?<![A-Z_$\d])G0?[0-3](?![\d.])", re.IGNORECASE)
 _END_OF_ARC: Final = re.compile(r"(?<![A-Z_$])[XYZ][ \t]*[-+.\d=]", re.IGNORECASE)
 _CENTRE: Final = re.compile(r"(?<![A-Z_$])(?:[IJK][ \t]*[-+.\d=]|(?:[IJK]1|[CA]R|[AR]P)[ \t]*=)", re.IGNORECASE)
+#: Statements before a name.
+HEADS: Final = ("IF", "WHILE", "UNTIL", "FOR", "GOTO", "GOTOF", "GOTOB", "GOTOC", "MCALL", "DEF")
 #: Letters whose keys are beside that of G.
 _BESIDE_G: Final = "BFHTVY"
 #: Letters of a name that others may be glued to.
@@ -101,6 +106,13 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         what = "the = stands before the sign" if vector[3] else "an = is missing"
         meaning = f"{what}; did you mean {vector[1]}={vector[2]}{vector[4]}?"
         return cursor.error("VP001", f"{vector[0]}: {meaning}", vector.start())
+    sign_behind = _SIGN_BEHIND.search(text[: at + 2]) if rest[0] in "+-" else None
+    if sign_behind is not None:
+        right = f"{sign_behind[1]}{rest[0]}{sign_behind[2]}"
+        written_text = sign_behind[0].rstrip()
+        edits = (Remedy(f"write {right}", right, misspelt=written_text, is_choice=True),)
+        message = f"{written_text}: the sign stands after its number; {right}{MAY_BE_MEANT}"
+        return cursor.error("VP001", message, sign_behind.start(), edits)
     if rest[0] in "+-" and (signed_number := NUMBER.match(text, at + 1)) is not None:
         return cursor.error("VP001", f"{rest[0]}{signed_number[0]}: the letter before this number is missing", at)
     if number is None:
@@ -224,13 +236,6 @@ def explain_glued(name: str, text: str, at: int, is_variable: Callable[[str], bo
     ):
         end = match.end(1)
         return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
-    if (
-        (match := _GLUED_STATEMENT.fullmatch(name)) is not None
-        and (match[1].startswith("GOTO") or is_variable(match[2]))
-        and name not in STATEMENTS
-    ):
-        end = match.end(1)
-        return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
     for end in range(min(len(name) - 1, _LONGEST_NAME), 1, -1) if not rest.startswith(("(", "=")) else ():
         if is_variable(name[:end]) and name[0] != "R" and (name[end:].isdigit() or is_variable(name[end:])):
             return f"{written_text}: an = is missing; did you mean {written_text[:end]}={written_text[end:]}?"
@@ -240,6 +245,22 @@ def explain_glued(name: str, text: str, at: int, is_variable: Callable[[str], bo
         is_value = is_variable(value) if not rest.startswith(("(", "=")) else value in VALUE_MODES and rest[0] == "("
         if is_value and value != "R" and name[:end] in ADDRESSES:
             return f"{written_text}: an = is missing; did you mean {written_text[:end]}={written_text[end:]}?"
+    return ""
+
+
+def explain_moved_blank(text: str, at: int, heads: Iterable[str], is_operand: Callable[[str, str], bool]) -> str:
+    """The message about one of ``heads`` and its operand whose blank is missing, or one place too far; else empty."""
+    match = _NAMES.match(text, at)
+    if match is None or len(match[0]) > _LONGEST_NAME:
+        return ""
+    for written_text in dict.fromkeys((match[1], match[0])):
+        names = "".join(written_text.split())
+        for head in sorted(heads, key=len, reverse=True):
+            operand = names[len(head) :]
+            is_moved = operand and names.upper().startswith(head) and match[1].upper() != head
+            if is_moved and is_operand(head, operand.upper()):
+                what = "a blank is missing" if written_text == names else "the blank is in the wrong place"
+                return f"{written_text}: {what}; did you mean {names[: len(head)]} {operand}?"
     return ""
 
 
@@ -279,10 +300,15 @@ def propose_key_beside(error: ProgramError, wrong: str, right: str) -> ProgramEr
     return error
 
 
-def find_radius(cursor: Cursor, at: int, is_set: Callable[[str], bool]) -> ProgramError | None:
-    """The error of R5 in an arc without a centre, as other languages write its radius; None for others."""
+def find_radius(cursor: Cursor, at: int, is_set: Callable[[str], bool], motion: str) -> ProgramError | None:
+    """The error of R5 in an arc without a centre, as other languages write its radius; None for others.
+
+    ``motion`` is in force before the block.
+    """
     word, block = _RADIUS.match(cursor.text, at), _TEXT.sub("", cursor.text)
-    if word is None or _CENTRE.search(block) or not (_ARC.search(block) and _END_OF_ARC.search(block)):
+    if word is None or _CENTRE.search(block) or _END_OF_ARC.search(block) is None:
+        return None
+    if [motion, *_MOTION.findall(block)][-1][-1:] not in ("2", "3"):
         return None
     before = _WORD_BEFORE.search(cursor.text[max(at - _LONGEST_NAME, 0) : at])
     word_before, blank = ("", "") if before is None else (before[0], " ")

@@ -9,9 +9,12 @@ from msgspec import Struct, field
 from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import (
     LETTERS_OF_FUNCTIONS,
+    drop_doubles,
     find_correction,
     find_meant,
+    list_near_numbers,
     name_near_numbers,
+    name_numbers,
     suggest,
 )
 from verne_post.gcode.codes import REMAP_GIVES
@@ -19,10 +22,12 @@ from verne_post.gcode.mistyped import MEANT_CHARACTERS, OF_ALL_MOVES, explain_un
 from verne_post.gcode.program_error import DOUBLE_EQUALS, GIVE_FILE, ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.slips import (
+    HEADS,
     explain_blanks,
     explain_equals,
     explain_function,
     explain_glued,
+    explain_moved_blank,
     explain_signed_count,
     find_letter_of_digit,
     find_lost_bracket,
@@ -36,7 +41,7 @@ from verne_post.gcode.siemens.slips import (
     refuse_remark,
 )
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
-from verne_post.gcode.siemens.variables import Variables, read_r_number, refuse_leftover
+from verne_post.gcode.siemens.variables import TYPES, Variables, read_r_number, refuse_leftover
 from verne_post.gcode.siemens.vocabulary import (
     ADDRESSES,
     CYCLES,
@@ -184,7 +189,10 @@ class WordReader:
 
     def __init__(self, variables: Variables, is_subprogram: Callable[[str], bool], user_names: Collection[str]) -> None:
         self.variables, self.is_subprogram, self.user_names = variables, is_subprogram, user_names
-        self.list_subprograms: Callable[[], Iterable[str]] = tuple  #: Their names; the flow of a program sets it.
+        #: The names of subprograms, and which are labels; the flow of a program sets both.
+        self.list_subprograms: Callable[[], Iterable[str]] = tuple
+        self.is_label: Callable[[str], bool] = lambda _name: False
+        self.motion = ""  #: In force before the block.
         self.declared_names: set[str] = set()  #: By EXTERN.
         self._never_set: set[int] = set()  #: R parameters that only a word without its value has named.
 
@@ -223,6 +231,8 @@ class WordReader:
     # --- NAME=value -----------------------------------------------------------------------------------
 
     def _read_assignment(self, name: str, cursor: Cursor, words: Words, at: int) -> None:
+        if name == "R" and (radius := find_radius(cursor, at, self._is_set, self.motion)) is not None:
+            raise radius
         if self.variables.is_known(name):
             self.variables.assign(name, cursor, at)
             return
@@ -242,7 +252,9 @@ class WordReader:
         if name[0] in "SM" and number.isdigit() and name not in ("S1", "M1"):
             raise cursor.error("VP002", f"{name}=: spindle {number}; there is one spindle", at)
         if name not in ADDRESSES:
-            if message := explain_glued(name, cursor.text, at, self.variables.is_known):
+            if message := self.explain_moved_blank(cursor.text, at) or explain_glued(
+                name, cursor.text, at, self.variables.is_known
+            ):
                 raise cursor.error("VP001", message, at)
             if explain_refusal(name) is None and (len(name) == 1 or not name[1:].isdigit()):
                 written_name = cursor.text[at : at + len(name)]
@@ -253,6 +265,9 @@ class WordReader:
                 near = suggest(name, *({*scope} for scope in reversed(self.variables.scopes)), ADDRESSES)
                 text = f"{name}: not defined (DEF), and no address of this language{near}"
                 raise cursor.error("VP002", text, at)
+            for near in drop_doubles(name, "0-9"):
+                if near in ADDRESSES:
+                    raise cursor.error("VP001", f"{name}: a digit is there twice; did you mean {near}?", at)
             raise self._make_unknown_error(name, cursor, at)
         self._add(words, self._read_address(name, cursor, at), cursor, at)
 
@@ -335,9 +350,11 @@ class WordReader:
             return
         group = GROUP_OF.get(name)
         if group is None:
-            near = name_near_numbers(name[1:], _COMMON_CODES, "G")
+            near = list_near_numbers(name[1:], _COMMON_CODES)
             text = f"{name} is not a code of this language"
-            raise cursor.error("VP002", f"{text}; it has {near}" if near else text, at)
+            text += f"; it has {name_numbers(near, 'G')}" if near else ""
+            edits = tuple(Remedy(f"write G{one}", f"G{one}", way="marked", is_choice=True) for one in near)
+            raise cursor.error("VP002", text, at, edits)
         if group in words.groups:
             raise cursor.error("VP003", f"{words.groups[group][0]} and {name} are of one group ({group})", at)
         words.groups[group] = (name, at + 1)
@@ -415,7 +432,7 @@ class WordReader:
             words.user_names.append(name)
         elif _SUBPROGRAM.match(name) and self.is_subprogram(name):
             words.calls.append(Call(name, None, at + 1))
-        elif name[0] == "R" and (radius := find_radius(cursor, at, self._is_set)) is not None:
+        elif name[0] == "R" and (radius := find_radius(cursor, at, self._is_set, self.motion)) is not None:
             raise radius
         elif (number := read_r_number(name)) is not None:
             is_in_number = cursor.text[at - 1 : at].isdigit()
@@ -434,6 +451,18 @@ class WordReader:
             words.calls.append(Call(name, None, at + 1))
         else:
             raise self._make_unknown_error(name, cursor, at, words if _SUBPROGRAM.match(name) else None)
+
+    def explain_moved_blank(self, text: str, at: int) -> str:
+        """The message about a statement and its name whose blank is missing, or one place too far; else empty."""
+        return explain_moved_blank(text, at, HEADS, self._is_operand)
+
+    def _is_operand(self, head: str, name: str) -> bool:
+        """Whether a name may follow a statement."""
+        if head.startswith("GOTO"):
+            return self.is_label(name)
+        if head == "MCALL":
+            return name in CYCLES or self.is_subprogram(name)
+        return name in TYPES if head == "DEF" else name != "R" and self.variables.is_known(name)
 
     def _is_set(self, name: str) -> bool:
         number = read_r_number(name)
@@ -485,9 +514,12 @@ class WordReader:
 
     def _make_unknown_error(self, name: str, cursor: Cursor, at: int, calls: Words | None = None) -> ProgramError:
         """Why a name is not executed; ``calls``: the words before it, of a name that would be a subprogram."""
-        if message := explain_blanks(name, cursor.text, at, self.is_subprogram) or explain_function(name):
-            return cursor.error("VP001", message, at)
-        if message := explain_glued(name, cursor.text, at, self.variables.is_known):
+        if message := (
+            self.explain_moved_blank(cursor.text, at)
+            or explain_blanks(name, cursor.text, at, self.is_subprogram)
+            or explain_function(name)
+            or explain_glued(name, cursor.text, at, self.variables.is_known)
+        ):
             return cursor.error("VP001", message, at)
         signed_name = _SIGNED_NAME.match(cursor.text, at)
         if name in ADDRESSES and signed_name is not None and self.variables.is_known(signed_name[2].upper()):

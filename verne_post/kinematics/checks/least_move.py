@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.least import find_least
+from verne_post.base.stopping import check_wanted
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.line_measures import (
     find_solvable,
@@ -152,6 +153,7 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
     solved = there.solve(element, w)
     visited = {tuple(start.tolist())}
     for _ in range(NEWTON_STEPS):
+        check_wanted()
         values = measure_solved(there, element, solved)
         inside, slope = _linearise(problem, at, values, element, w)
         inside = inside - reserve

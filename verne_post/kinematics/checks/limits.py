@@ -16,6 +16,7 @@ from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import GrowingTable
 from verne_post.base.rows import find_row_max
+from verne_post.base.stopping import check_wanted
 from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
 from verne_post.kinematics.checks.cover import SPAN_ANGLE, SPAN_MM, WORST_DEPTH, Spans, cover_elements, split_elements
@@ -78,6 +79,7 @@ def check_limits(
     every = GrowingTable(**dict.fromkeys(("first", "second", "third"), (float, len(joints.machine.columns))))
     chunks, ahead = tee(split_elements(len(contour)))
     for chunk, parts in zip(chunks, team.map(limits.open_spans, ahead), strict=True):
+        check_wanted()
         derivatives = _Derivatives(joints, chunk, limits.needs_derivatives(chunk))
         for part in parts:
             # of an element that cannot be reached, and has more spans than are checked together, the rest tells nothing

@@ -235,24 +235,21 @@ def find_legal_tilt(line: JointPath, place: Place) -> float | None:
 _LESS_TILT: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
-def find_legal_end_tilt(line: JointPath, place: Place) -> float | None:
-    """Nominal A (rad) for the end of a straight line that keeps the whole line within limits; None where none is found.
+def list_legal_end_tilts(line: JointPath, place: Place) -> Iterator[float]:
+    """Nominal A (rad) for the end of a straight line that keep the whole line within limits, the nearest first.
 
     ``place`` is where the table's tilt is worst.
     """
     inside = find_legal_tilt(line, place)
     if inside is None or place.w <= 0.0:
-        return None
+        return
     _tip, angles = line.pose(line.contour, np.array([0, 0]), np.array([place.w, 1.0]))
     change = (inside - float(angles[0, 0])) / place.w
     end = float(angles[1, 0]) + change
-    if not find_errors(tilt_line_end(line, change)):
-        return end
     upright = line.machine.coordinates.home_tilt - end  # there it breaks another limit: seek on towards the level table
-    for share in _LESS_TILT:
+    for share in (0.0, *_LESS_TILT):
         if not find_errors(tilt_line_end(line, change + share * upright)):
-            return end + share * upright
-    return None
+            yield end + share * upright
 
 
 # --- a move of the part --------------------------------------------------------------------------------

@@ -1,0 +1,130 @@
+"""Slips of typing in a Klartext program: one finding names each, and an edit gives the program back."""
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pygls", reason="needs the extra lsp")
+
+from tests.cli.test_quick_fixes import NEVER, apply_places, check, inspector, look
+from verne_post.cli.lsp.fixes import find_fixes
+from verne_post.cli.lsp.inspector import Inspector
+
+__all__ = ["inspector"]
+
+SETUP = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80, diameter = 6 }\n"
+PROGRAM = """0 BEGIN PGM T MM
+1 BLK FORM 0.1 Z X-40 Y-30 Z-20
+2 BLK FORM 0.2 X+40 Y+30 Z+0
+3 TOOL CALL 1 Z S8000 F1200
+4 FN 0: Q1 = +5
+5 L X-30 Y-20 Z+20 A+0 C+0 R0 FMAX M3
+6 LBL 1
+7 L X+20.25 F600
+8 L IY+2 X+30.5
+9 CALL LBL 1 REP 2
+10 PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY
+11 PLANE RESET STAY
+12 CYCL DEF 200 DRILLING ~
+    Q200=+2 ~
+    Q201=-5 ~
+    Q206=+250 ~
+    Q202=+3 ~
+    Q210=+0 ~
+    Q203=+0 ~
+    Q204=+10 ~
+    Q211=+0.2
+13 L X+Q1 FMAX M99
+14 CYCL DEF 7.0 DATUM SHIFT
+15 CYCL DEF 7.1 X+1
+15 CYCL DEF 7.2 Y+0
+16 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS
+17 L X+5 Y+5 Z+30 A-5 FMAX
+18 L X+6 Y+2.5 Z+30 A-6 F500
+19 M129
+20 L Z+60 A+0 R0 FMAX
+21 M30
+22 END PGM T MM
+"""
+
+
+def test_the_program_without_a_slip_has_no_finding(inspector: Inspector, tmp_path: Path) -> None:
+    found = check(inspector, tmp_path / "a.h", PROGRAM, SETUP)
+    assert [one.message for one in found.findings if one.severity != "note"] == []
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("0.1 Z X", "0.1 Z20 X", "Z20: no axis of the tool"),
+        ("0.1 Z X", "0.1 X", "the axis of the tool is missing"),
+        ("0.1 Z X", "0.2 Z X", "write 0.1"),
+        ("0.1 Z X", "0 1 Z X", "write BLK FORM 0.1"),
+        ("0.2 X", "0.1 X", "write 0.2"),
+        ("X-40 Y-30", "X-40 -30", "write Y-30"),
+        ("BLK FORM 0.2", "FORM 0.2", "write BLK FORM 0.2"),
+        ("TOOL CALL 1 Z", "TOOL 1 Z", "write TOOL CALL 1"),
+        ("TOOL CALL 1 Z", "TOOL CALL 1Z", "write 1 Z"),
+        ("S8000 F1200", "8000 F1200", "write S8000"),
+        ("S8000 F1200", "S8000 1200", "write S8000 F1200 or S80001200"),
+        ("FN 0: Q1", "FN O: Q1", "write FN 0: Q1"),
+        ("FN 0: Q1", "FM 0: Q1", "did you mean FN?"),
+        ("Q1 = +5", "Q1 +5", "expected =, found +5"),
+        ("C+0 R0 FMAX", "C+0 R 0 FMAX", "did you mean R0?"),
+        ("FMAX M3", "FMAX ,3", "M3 may be meant"),
+        ("Y-20 Z+20", "-20 Z+20", "write Y-20"),
+        ("6 LBL 1", "6 LABEL 1", "did you mean LBL?"),
+        ("CALL LBL 1 REP", "CALL 1 REP", "write CALL LBL 1"),
+        ("SPA+20", "SPA=20", "write SPA+20 or SPA-20"),
+        ("SPA+20", "SP+20", "did you mean SPA?"),
+        ("CYCL DEF 200", "CYCL DEF 20", "did you mean 200?"),
+        ("CYCL DEF 7.2", "DEF 7.2", "write CYCL DEF 7.2"),
+        ("FUNCTION TCPM F", "TCPM F", "write FUNCTION TCPM F"),
+        ("TCPM", "TCMP", "did you mean TCPM?"),
+        ("21 M30", "21 30", "as in M30"),
+    ],
+)
+def test_an_edit_gives_the_program_back(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    path = tmp_path / "a.h"
+    message, _word, made = look(inspector, path, PROGRAM.replace(right, wrong, 1), SETUP)
+    assert said in message
+    assert PROGRAM in [text for file, text, _settles in made.values() if file == path]
+    assert [text for _file, text, settles in made.values() if settles and text != PROGRAM] == []
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("    Q203=+0 ~\n", "", "CYCL DEF 200 needs Q203, the surface"),
+        ("Q204=+10 ~\n    Q211=+0.2\n", "Q204=+10 ~\n", "write Q211, the dwell below or Q395"),
+        ("16 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "16 M12", "M12: no meaning in this language"),
+        ("9 CALL LBL", "9 M28\n9 TOOL CALL S8000\n9 CALL LBL", "M28: no meaning in this language"),
+        ("TOOL CALL 1 Z", "TOOL CALL Z", "write TOOL CALL 1 Z S with its speed before it"),
+        ("18 L X+6 Y+2.5 Z", "18 L X+6 Y-=2.5 Z", "Y-=2.5"),
+    ],
+)
+def test_what_no_edit_settles_is_one_finding(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    message, _word, _made = look(inspector, tmp_path / "a.h", PROGRAM.replace(right, wrong, 1), SETUP)
+    assert said in message
+
+
+def test_a_lost_point_is_put_back_where_the_place_is_between_its_neighbours(
+    inspector: Inspector, tmp_path: Path
+) -> None:
+    path, text = tmp_path / "a.h", PROGRAM.replace("X+20.25", "X+2025", 1)
+    found = check(inspector, path, text, SETUP)
+    first = next(one for one in found.findings if one.severity == "error")
+    assert "X20.25 may be meant in line 8, its point is missing" in first.remedies[0]
+    (fix, *_others) = find_fixes(inspector, found, first, {path: text}, NEVER)
+    assert (apply_places(fix), fix.settles) == (PROGRAM, False)
+
+
+def test_m136_is_named_where_f_is_no_feed_of_a_turn(inspector: Inspector, tmp_path: Path) -> None:
+    text = PROGRAM.replace("6 LBL 1", "6 M136\n6 LBL 1", 1).replace("FMAX M99", "FMAX", 1)
+    found = check(inspector, tmp_path / "a.h", text, SETUP)
+    (said,) = (one.message for one in found.findings if one.code == "VP505")
+    assert "M136 of line 7 is active: if mm/min were meant, write M137 in its place" in said

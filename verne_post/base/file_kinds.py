@@ -1,0 +1,51 @@
+"""What a file is that stands where another kind is asked for, and where it belongs."""
+
+import re
+import tomllib
+from typing import Final
+
+#: So much of a file is looked at; TOML files of these kinds are smaller.
+_LOOKED_AT: Final = 1 << 20
+_STL_HEADER, _STL_FACET = 84, 50
+#: The first words of a program in any of the languages, or a remark before them.
+_PROGRAM: Final = re.compile(rb"(%|\(|;|PARTNO|BEGIN PGM|N\d+ |O\d+|[GTMS]\d+[ A-Z\r\n])[^\n]*\n", re.IGNORECASE)
+#: Kind -> keys of which each shows it, and where such a file belongs; the first kind that fits counts.
+_TABLES: Final = {
+    "a machine file": (("schema",), "give it with --machine"),
+    "a settings file": (("machine", "options", "check", "setup"), "give it with --settings"),
+    "a set-up": (
+        ("wcs", "tools", "tool_length", "tool_table", "tool_lengths", "keep_out", "stock", "part", "remap"),
+        "give it with --setup",
+    ),
+}
+
+
+def describe_kind(raw: bytes, asked: str, name: str = "this") -> str:
+    """A sentence about a file that is not of the kind ``asked``; empty where it is, or where nothing shows its kind."""
+    found = _recognise(raw)
+    if found is None or found[0] == asked:
+        return ""
+    kind, where = found
+    return f"{name} is {kind}, not {asked}; {where}"
+
+
+def _recognise(raw: bytes) -> tuple[str, str] | None:
+    """The kind of a file, and where it belongs."""
+    begin = raw[:_LOOKED_AT]
+    if begin.startswith(b"t_s,"):
+        return "a setpoint file", "verify and machined read it first: verne-post verify FILE --against PROGRAM"
+    size = _STL_HEADER + _STL_FACET * int.from_bytes(begin[_STL_HEADER - 4 : _STL_HEADER], "little")
+    if (len(raw) == size > _STL_HEADER) or re.match(rb"\s*solid\b[^\n]*\n\s*(facet|endsolid)", begin):
+        return (
+            "an STL model",
+            "name it in the set-up, as nominal of [part] or as file of [keep_out.NAME] or [stock], or in machined "
+            "--nominal FILE@G54",
+        )
+    try:
+        keys = set(tomllib.loads(begin.decode()))
+    except (ValueError, RecursionError):
+        keys = set()
+    for kind, (names, where) in _TABLES.items():
+        if not keys.isdisjoint(names):
+            return kind, where
+    return ("a program", "give it first on the command line") if _PROGRAM.match(begin.lstrip()) else None
