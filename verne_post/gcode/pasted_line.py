@@ -186,8 +186,8 @@ class _Reader:
         name = f"{code[1]}{code[2]}" if code else match[0]
         text = self.texts.get(name) or self.texts.get(name.removesuffix(".0"), "")
         is_lacking = not text and name[0] == "G"
-        refused = "not known, and refused (VP002)"
-        self.add(match, text or (refused if is_lacking else f"{refused}; {describe_remap(name)}"), name=name)
+        why_refused = "not known, and refused (VP002)"
+        self.add(match, text or (why_refused if is_lacking else f"{why_refused}; {describe_remap(name)}"), name=name)
         if is_lacking:
             raise self.refuse("a G code that it has", match.start())
 
@@ -235,22 +235,22 @@ class _Reader:
     def _describe(self, word: Word, words: Sequence[Word], codes: Sequence[str]) -> str:
         """What a word with a value does."""
         name, value, text = word.name, word.value or "", word.text.removesuffix(_OF_COMPUTED_VALUE)
-        computed = word.text.removeprefix(text)
+        tail = word.text.removeprefix(text)  # that it is computed
         mode = _MODE.fullmatch(value)
         if beside := find_beside(word, words, codes, self.dialect)[1]:
-            return f"{beside.format(value.strip().removeprefix('+').rstrip('.'))}{computed}"
-        if not computed and name.removeprefix("I") in [*"XYZABCUVW"] and text.startswith(_OF_AXES):
+            return f"{beside.format(value.strip().removeprefix('+').rstrip('.'))}{tail}"
+        if not tail and name.removeprefix("I") in [*"XYZABCUVW"] and text.startswith(_OF_AXES):
             shown_text, end = describe_place(name, mode[2] if mode else value, self.dialect), "; in G91 on by that much"
             if find_machine_code(self.code, self.dialect):
                 return f"{shown_text.removesuffix(end)}, in machine coordinates"
             is_step = mode is not None and mode[1] == "IC"
             return shown_text.removesuffix(end).replace(" to ", " on by ", is_step) if mode else shown_text
         if name == "S" and "G96" in codes:
-            return f"speed of the surface, in m/min{computed}"
+            return f"speed of the surface, in m/min{tail}"
         if name in ("F", "S") and text in ("feed rate", "spindle speed"):
-            return f"{siemens.ADDRESSES[name]}{computed}"
+            return f"{siemens.ADDRESSES[name]}{tail}"
         if name in [*"PQLEKR"] and (code := _find_taking_code(name, codes, self.dialect)):
-            return word.text if name == "R" and code[0] != "M" else f"a value of {code}{computed}"
+            return word.text if name == "R" and code[0] != "M" else f"a value of {code}{tail}"
         return word.text
 
 
