@@ -369,7 +369,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          "3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 X+5,5\n5 CC X+20 Y+0\n6 L X+10 Y+0 F500\n7 C X+30 Y+0 DR+\n"
          "8 L Z+160 FMAX\n9 M30\n10 END PGM A MM\n", {
             "R0": "**: radius compensation off",
-            "Z S8": "**: tool axis",
+            "Z S8": "**: the tool axis",
             "X+5,5": "**: shifts the datum to 5.5",
             "X+20": "**: pole and centre: 20",
             "DR+": "**: arc counter-clockwise",
@@ -2394,6 +2394,52 @@ def test_hover_tells_operators_loops_and_types(
     for part, word in words.items():
         line = next(k for k, one in enumerate(text.split("\n")) if part in one)
         assert f"**{word}**: " in hover(client, uri, line, text.split("\n")[line].index(part)), part
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "shown"),
+    [
+        (
+            "a.h",
+            f'{OF_KLARTEXT}CALL LBL "SIDE 1.2"\nCYCL DEF 200 ~\n  Q200=2 ~\n  M8 = Q201=-Q5\nM30\nLBL "SIDE 1.2"\n'
+            "LBL 0\nEND PGM A MM\n",
+            {
+                '"SIDE 1.2"\nC': '**"SIDE 1.2"**: label: its number or name\n',
+                "M8": "**M8**: flood coolant on\n",
+                "Q201": "**Q201=-Q5**: depth",
+                "MM\n": "**MM**: unit of all lengths",
+            },
+        ),
+        (
+            "a.mpf",
+            'G71 G90\nDEF REAL DEPTH=5\nCYCLE81(150,120,3,DEPTH\nMSG("A; B") M8\nM30\n',
+            {
+                "M8": "**M8**: flood coolant on",
+                "120": "**120**: RFP of CYCLE81: reference plane",
+                "DEPTH\nM": "**DEPTH**: DP of CYCLE81: final depth",
+            },
+        ),
+        (
+            "a.nc",
+            f"{OF_FANUC}G65 P9010 A#1 B2.5\nG51 X9.\nG02 X9. ,R5.\nM30\n%\n",
+            {"A#": "**A#1**: argument #1 of the macro: #1", "G02": "**G02**: arc", ",R": "**,R5.**: rounding"},
+        ),
+        (
+            "a.cls",
+            "PARTNO/A\nUNITS/MM\nFEDRAT/500,MMPM\nGOTO/0,0,200\nFINI\n",
+            {"500": "**500**: feed rate", "MMPM": "**MMPM**: the feed rate is in mm/min", "0,0": "**0,0,200**: x, y"},
+        ),
+    ],
+)
+def test_hover_tells_the_words_of_explain(
+    client: Client, tmp_path: Path, name: str, text: str, shown: dict[str, str]
+) -> None:
+    """Texts, values of cycles and words behind others too, also in lines that are refused."""
+    uri = client.open(make_program(tmp_path, text, name, CALL_SETUP))
+    for word, said in shown.items():
+        before = text.partition(word)[0]
+        column = len(before.rpartition("\n")[2])
+        assert said in hover(client, uri, before.count("\n"), column + (word[0] == ",")), word
 
 
 def test_hover_of_a_variable_with_the_name_of_a_letter_is_its_value(client: Client, tmp_path: Path) -> None:
