@@ -118,6 +118,8 @@ def test_a_slip_has_one_finding_and_its_edit(
         ("N-8 X5", "N-8", "N8", "Write N8 in place of N-8"),
         ("G-0 X5", "G-0", "G0", "Write G0 in place of G-0"),
         ("N1l0 CYCLE800()", "N1l0", "N110", "Write N110 in place of N1l0"),
+        ("EF REAL _A5=3\nX=_A5", "\nEF", "\nDEF", "Write DEF in place of EF"),
+        ("DF REAL _A5=3\nX=_A5", "\nDF", "\nDEF", "Write DEF in place of DF"),
         ("DEFF REAL _A5\nX=_A5", "DEFF", "DEF", "Write DEF in place of DEFF"),
         ("DEF REAL _A5=1, _DEP -3\nX=_DEP", "_DEP -3", "_DEP=-3", "Write _DEP=-3 in place of _DEP -3"),
         ("PASS=3\nG0Z=PASS", "G0Z", "G0 Z", "Write G0 Z in place of G0Z"),
@@ -311,7 +313,10 @@ def test_what_is_missing_in_a_line_of_klartext(inspector: Inspector, tmp_path: P
     ("line", "said"),
     [
         ("R1=2*3SIN(30)", "SIN() is a function of a value; the operator or = before it is missing"),
-        ("N36 0 X5", "0: the letter before this number is missing; write it, or N360 if the blank is too many"),
+        (
+            "N36 0 X5",
+            "0: the letter before this number is missing, such as G0; write it, or N360 if the blank is too many",
+        ),
         ("R=5", "R without a number; write R and the number of the parameter"),
         ("G2 X9 CR", "CR: expected '=' and a value after it"),
     ],
@@ -1010,3 +1015,41 @@ def test_an_edit_is_preferred_where_it_alone_is_likely(
     assert {fixed: settles for path, fixed, settles in made.values() if path.suffix == ".h"} == {
         text.replace(wrong, right): settles for right, settles in rights.items()
     }
+
+
+@pytest.mark.parametrize(
+    ("wrong", "rights"), [("94 G17 X1", ["G94", "N94"]), ("G71 94 X1", ["G94"]), ("1 X7", ["G1", "N1"])]
+)
+def test_a_code_without_its_letter_is_a_choice(
+    inspector: Inspector, tmp_path: Path, wrong: str, rights: list[str]
+) -> None:
+    text = embed(".mpf", wrong)
+    number = next(word for word in wrong.split() if word.isdigit())
+    _message, _word, made = look(inspector, tmp_path / "a.mpf", text)
+    files = {
+        title: (tmp_path / "a.mpf", text.replace(wrong, wrong.replace(number, right)), False)
+        for right in rights
+        for title in [f"Write {right} in place of {number}"]
+    }
+    assert made == files
+
+
+@pytest.mark.parametrize("wrong", ["MM", " MM", "T", "TMM", "T NM"])
+def test_begin_pgm_without_name_or_unit_is_completed_from_end_pgm(
+    inspector: Inspector, tmp_path: Path, wrong: str
+) -> None:
+    right = embed(".h", "L X+5")
+    text = right.replace("PGM T MM", f"PGM {wrong}", 1)
+    message, _word, made = look(inspector, tmp_path / "a.h", text)
+    assert message.endswith("write BEGIN PGM T MM, as END PGM has it")
+    assert list(made.values()) == [(tmp_path / "a.h", right, True)]
+
+
+def test_two_names_of_a_program_are_a_choice(inspector: Inspector, tmp_path: Path) -> None:
+    text = embed(".h", "L X+5").replace("END PGM T", "END PGM S")
+    message, _word, made = look(inspector, tmp_path / "a.h", text)
+    assert "write END PGM T MM, or BEGIN PGM S MM in line 1" in message
+    assert [(one, is_preferred) for _path, one, is_preferred in made.values()] == [
+        (text.replace("PGM S", "PGM T"), False),
+        (text.replace("PGM T", "PGM S"), False),
+    ]

@@ -22,10 +22,8 @@ from verne_post.gcode.siemens.slips import (
     refuse_no_word,
 )
 from verne_post.gcode.siemens.values import FUNCTIONS, Index, Names, Value, read_indices, read_value, round_half_away
-from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS, VALUE_MODES
+from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS, TYPES, VALUE_MODES
 
-#: Types of DEF and PROC. AXIS, FRAME are refused.
-TYPES: Final = ("REAL", "INT", "BOOL", "CHAR", "STRING")
 #: What other languages call them.
 _TYPES_ELSEWHERE: Final = {"INTEGER": "INT", "FLOAT": "REAL", "DOUBLE": "REAL", "BOOLEAN": "BOOL"}
 #: R parameters that there are: as many as a control can be given.
