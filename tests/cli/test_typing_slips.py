@@ -1053,3 +1053,41 @@ def test_two_names_of_a_program_are_a_choice(inspector: Inspector, tmp_path: Pat
         (text.replace("PGM S", "PGM T"), False),
         (text.replace("PGM T", "PGM S"), False),
     ]
+
+
+@pytest.mark.parametrize(
+    ("ending", "wrong", "begin", "rights", "is_preferred"),
+    [
+        (".ngc", "3<d>=5\nG1 X#<d>", "3<d>", ["#<d>"], True),
+        (".ngc", "$<d>=5\nG1 X#<d>", "$<d>", ["#<d>"], True),
+        (".ngc", "3100=5\nG1 X#3100", "3100", ["#100", "#3100"], False),
+        *((ending, "G1 X3 F80l", "F80l", ["F801", "F80"], False) for ending in (".ngc", ".nc", ".mpf")),
+        (".h", "L X+3 F80l", "F80l", ["F801", "F80"], False),
+        (".nc", "G40 G1 X9. F8l", "F8l", ["F81", "F8"], False),
+    ],
+)
+def test_readings_that_are_as_likely_are_choices(
+    inspector: Inspector, tmp_path: Path, ending: str, wrong: str, begin: str, rights: list[str], is_preferred: bool
+) -> None:
+    path, text = tmp_path / f"a{ending}", embed(ending, wrong)
+    found = check(inspector, path, text, TOOLS if ending == ".h" else SETUP)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    made = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert [(apply_places(fix), fix.settles) for fix in made] == [
+        (text.replace(begin, right, 1), is_preferred) for right in rights
+    ]
+
+
+def test_a_percent_sign_below_a_remark_is_taken_out(inspector: Inspector, tmp_path: Path) -> None:
+    right = embed(".ngc", "G1 X3")
+    message, word, made = look(inspector, tmp_path / "a.ngc", f"(A)\n%\n{right}")
+    assert (message, word) == ("% stands in the first line and below the last block; take it out", "%")
+    assert list(made.values()) == [(tmp_path / "a.ngc", f"(A)\n\n{right}", True)]
+
+
+def test_an_edge_beside_the_contour_is_a_choice(inspector: Inspector, tmp_path: Path) -> None:
+    path, text = tmp_path / "a.ngc", "T1 M6\nG43 H1\n" + embed(".ngc", "X-40\nG41 E1 G1 X-30\nX9")
+    found = check(inspector, path, text, "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80, diameter = 8 }\n")
+    (item,) = (one for one in found.findings if one.severity == "error")
+    made = [apply_places(fix) for fix in find_fixes(inspector, found, item, {path: text}, NEVER) if not fix.settles]
+    assert made == [text.replace("E1", "D1")]

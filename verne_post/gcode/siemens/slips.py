@@ -75,7 +75,7 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
     before = text[:at].rstrip()
     last = _LAST_WORD.search(before)
     if rest[0] in ")]":
-        edits = (Remedy(f"take {rest[0]} out", misspelt=rest[0], is_choice=True),)
+        edits: tuple[Remedy, ...] = (Remedy(f"take {rest[0]} out", misspelt=rest[0], is_choice=True),)
         return cursor.error("VP001", f"{rest[0]} closes no bracket; take it out", at, edits)
     if rest[0] == '"':
         edits = (Remedy("take the quote out", misspelt='"', is_choice=True),)
