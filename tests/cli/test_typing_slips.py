@@ -120,6 +120,7 @@ def test_a_slip_has_one_finding_and_its_edit(
         ("N1l0 CYCLE800()", "N1l0", "N110", "Write N110 in place of N1l0"),
         ("EF REAL _A5=3\nX=_A5", "\nEF", "\nDEF", "Write DEF in place of EF"),
         ("DF REAL _A5=3\nX=_A5", "\nDF", "\nDEF", "Write DEF in place of DF"),
+        ("DEF FEAL _A5=3\nX=_A5", "FEAL", "REAL", "Write REAL in place of FEAL"),
         ("DEFF REAL _A5\nX=_A5", "DEFF", "DEF", "Write DEF in place of DEFF"),
         ("DEF REAL _A5=1, _DEP -3\nX=_DEP", "_DEP -3", "_DEP=-3", "Write _DEP=-3 in place of _DEP -3"),
         ("PASS=3\nG0Z=PASS", "G0Z", "G0 Z", "Write G0 Z in place of G0Z"),
@@ -1018,7 +1019,8 @@ def test_an_edit_is_preferred_where_it_alone_is_likely(
 
 
 @pytest.mark.parametrize(
-    ("wrong", "rights"), [("94 G17 X1", ["G94", "N94"]), ("G71 94 X1", ["G94"]), ("1 X7", ["G1", "N1"])]
+    ("wrong", "rights"),
+    [("94 G17 X1", ["G94", "N94"]), ("G71 94 X1", ["G94"]), ("1 X7", ["G1", "N1"]), ("1 =7", ["R1"])],
 )
 def test_a_code_without_its_letter_is_a_choice(
     inspector: Inspector, tmp_path: Path, wrong: str, rights: list[str]
@@ -1091,3 +1093,26 @@ def test_an_edge_beside_the_contour_is_a_choice(inspector: Inspector, tmp_path: 
     (item,) = (one for one in found.findings if one.severity == "error")
     made = [apply_places(fix) for fix in find_fixes(inspector, found, item, {path: text}, NEVER) if not fix.settles]
     assert made == [text.replace("E1", "D1")]
+
+
+@pytest.mark.parametrize(
+    ("lines", "title"),
+    [
+        ("M98 P2000\nM30\nO2000\nG1 X4.\nM9\n%", "End the program with M99 before the closing %"),
+        ("M98 P2000\nM3\nO2000\nG1 X4.\nM99\n%", "Write M30 before line 9"),
+    ],
+)
+def test_an_edit_that_leaves_the_mistyped_code_is_a_choice(
+    inspector: Inspector, tmp_path: Path, lines: str, title: str
+) -> None:
+    path, text = tmp_path / "a.nc", f"{HEADS['.nc'][0]}{lines}\n"
+    found = check(inspector, path, text, TOOLS)
+    fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {path: text}, NEVER)]
+    assert [fix.settles for fix in fixes if fix.title.startswith(title)] == [False]
+
+
+def test_m6_beside_another_code_is_a_choice(inspector: Inspector, tmp_path: Path) -> None:
+    path, text = tmp_path / "a.mpf", "T1 M5\n" + "".join(HEADS[".mpf"]).partition("\n")[2]
+    found = check(inspector, path, text, TOOLS)
+    fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {path: text}, NEVER)]
+    assert [fix.settles for fix in fixes if fix.title.startswith("Write M6 after T1 in line 1")] == [False]

@@ -256,7 +256,8 @@ def _find_mistyped_end(source: Text, item: Finding, dialect: str) -> Finding | N
         return None
     wrong = match[1]
     edit = Remedy("write M30", "M30", line=line, misspelt=wrong, is_choice=True)
-    return replace(item, message=f"{item.message}, or in place of {wrong} in line {line}", edits=(edit, *item.edits))
+    others = (replace(one, is_choice=True) for one in item.edits)
+    return replace(item, message=f"{item.message}, or in place of {wrong} in line {line}", edits=(edit, *others))
 
 
 def _is_at(match: re.Match[str], item: Finding, group: int = 0) -> bool:

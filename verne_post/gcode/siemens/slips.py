@@ -119,8 +119,10 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         return cursor.error("VP001", f"{rest[0]!r} does not begin a word; expected a name or a letter and a number", at)
     message = f"{number[0]}: the letter before this number is missing"
     value = _LAST_VALUE.search(before)
-    code = f"G{number[0]}"
-    is_known = (code in GROUP_OF or code in NO_EFFECT) and f" {code} " not in f"{text.upper()} "
+    code = f"{'R' if text[number.end() :].lstrip().startswith('=') else 'G'}{number[0]}"
+    is_known = (
+        code in GROUP_OF or code in NO_EFFECT or (code[0] == "R" and number[0].isdigit())
+    ) and f" {code} " not in f"{text.upper()} "
     edits = write_words(number[0], code, is_choice=True) if is_known else ()
     if last is None and value is None and not _AXIS_OR_FEED.match(text, number.end()) and not is_known:
         if len(number[0]) == 1:
@@ -128,8 +130,8 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         return cursor.error("VP001", f"{number[0]}: a block number begins with N; did you mean N{number[0]}?", at)
     if last is None and value is None:
         # in 30 F1200 an axis may have lost its letter
-        letters = "GN" if is_known else "NXYZ" if len(number[0]) > 1 else ""
-        rights = [f"{letter}{number[0]}" for letter in letters if letter == "G" or letter not in text.upper()]
+        letters = ("R" if code[0] == "R" else "GN") if is_known else "NXYZ" if len(number[0]) > 1 else ""
+        rights = [f"{letter}{number[0]}" for letter in letters if letter in "GR" or letter not in text.upper()]
         edits = write_words(number[0], *rights, is_choice=True)
         return cursor.error("VP001", f"{message}, such as {' or '.join(rights)}" if rights else message, at, edits)
     if last is not None and len(last[0]) > 1 and not last[0].endswith("1") and last[0].upper() in ADDRESSES:

@@ -304,6 +304,7 @@ def read_type(cursor: Cursor) -> str:
             raise cursor.error("VP002", f"variables of type {name} are not executed", at)
         if name not in TYPES:
             near = find_meant(name or "", TYPES, slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+            near = near or find_meant(f"DEF {name}", [f"DEF {one}" for one in TYPES], slip_alone=True)[len("DEF ") :]
             near = _TYPES_ELSEWHERE.get(name or "", near)
             types = f"expected a type: {', '.join(TYPES)}"
             raise cursor.error("VP001", f"{name}: {types}; did you mean {near}?" if near else types, at)
