@@ -232,15 +232,15 @@ class KlartextText(ChunkedText):
 
     def complete_begin(self, error: ProgramError, line_text: str) -> None:
         """Say in the error of a BEGIN PGM that lacks its name or unit what END PGM has; sure where the rest fits."""
-        written = re.search(r"BEGIN[ \t]+PGM\b[ \t]*([^;]*)", line_text, re.IGNORECASE)
+        written_line = re.search(r"BEGIN[ \t]+PGM\b[ \t]*([^;]*)", line_text, re.IGNORECASE)
         ends = self._list_ends()
         name, unit = _read_frame(ends[-1]) if ends else ("", "")
-        if written is None or not (name and unit) or find_correction(error.message):
+        if written_line is None or not (name and unit) or find_correction(error.message):
             return
-        right, rest = f"BEGIN PGM {name} {unit}", written[1].strip().upper()
+        right, rest = f"BEGIN PGM {name} {unit}", written_line[1].strip().upper()
         is_sure = rest == unit or re.match(rf"{re.escape(name.upper())}(?:[ \t]|MM|INCH|$)", rest) is not None
-        error.column, error.message = written.start() + 1, f"{error.message}; write {right}, as END PGM has it"
-        error.edits = write_words(written[0].rstrip(), right, is_choice=not is_sure)
+        error.column, error.message = written_line.start() + 1, f"{error.message}; write {right}, as END PGM has it"
+        error.edits = write_words(written_line[0].rstrip(), right, is_choice=not is_sure)
 
     def _find_mistyped_end(self, right: str) -> tuple[int, str, tuple[Remedy, ...]] | None:
         """The last line with text, if it is nearly END PGM."""
