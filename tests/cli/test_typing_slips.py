@@ -118,6 +118,9 @@ def test_a_slip_has_one_finding_and_its_edit(
         ("N-8 X5", "N-8", "N8", "Write N8 in place of N-8"),
         ("G-0 X5", "G-0", "G0", "Write G0 in place of G-0"),
         ("N1l0 CYCLE800()", "N1l0", "N110", "Write N110 in place of N1l0"),
+        ("EF REAL _A5=3\nX=_A5", "\nEF", "\nDEF", "Write DEF in place of EF"),
+        ("DF REAL _A5=3\nX=_A5", "\nDF", "\nDEF", "Write DEF in place of DF"),
+        ("DEF FEAL _A5=3\nX=_A5", "FEAL", "REAL", "Write REAL in place of FEAL"),
         ("DEFF REAL _A5\nX=_A5", "DEFF", "DEF", "Write DEF in place of DEFF"),
         ("DEF REAL _A5=1, _DEP -3\nX=_DEP", "_DEP -3", "_DEP=-3", "Write _DEP=-3 in place of _DEP -3"),
         ("PASS=3\nG0Z=PASS", "G0Z", "G0 Z", "Write G0 Z in place of G0Z"),
@@ -311,7 +314,10 @@ def test_what_is_missing_in_a_line_of_klartext(inspector: Inspector, tmp_path: P
     ("line", "said"),
     [
         ("R1=2*3SIN(30)", "SIN() is a function of a value; the operator or = before it is missing"),
-        ("N36 0 X5", "0: the letter before this number is missing; write it, or N360 if the blank is too many"),
+        (
+            "N36 0 X5",
+            "0: the letter before this number is missing, such as G0; write it, or N360 if the blank is too many",
+        ),
         ("R=5", "R without a number; write R and the number of the parameter"),
         ("G2 X9 CR", "CR: expected '=' and a value after it"),
     ],
@@ -1010,3 +1016,103 @@ def test_an_edit_is_preferred_where_it_alone_is_likely(
     assert {fixed: settles for path, fixed, settles in made.values() if path.suffix == ".h"} == {
         text.replace(wrong, right): settles for right, settles in rights.items()
     }
+
+
+@pytest.mark.parametrize(
+    ("wrong", "rights"),
+    [("94 G17 X1", ["G94", "N94"]), ("G71 94 X1", ["G94"]), ("1 X7", ["G1", "N1"]), ("1 =7", ["R1"])],
+)
+def test_a_code_without_its_letter_is_a_choice(
+    inspector: Inspector, tmp_path: Path, wrong: str, rights: list[str]
+) -> None:
+    text = embed(".mpf", wrong)
+    number = next(word for word in wrong.split() if word.isdigit())
+    _message, _word, made = look(inspector, tmp_path / "a.mpf", text)
+    files = {
+        title: (tmp_path / "a.mpf", text.replace(wrong, wrong.replace(number, right)), False)
+        for right in rights
+        for title in [f"Write {right} in place of {number}"]
+    }
+    assert made == files
+
+
+@pytest.mark.parametrize("wrong", ["MM", " MM", "T", "TMM", "T NM"])
+def test_begin_pgm_without_name_or_unit_is_completed_from_end_pgm(
+    inspector: Inspector, tmp_path: Path, wrong: str
+) -> None:
+    right = embed(".h", "L X+5")
+    text = right.replace("PGM T MM", f"PGM {wrong}", 1)
+    message, _word, made = look(inspector, tmp_path / "a.h", text)
+    assert message.endswith("write BEGIN PGM T MM, as END PGM has it")
+    assert list(made.values()) == [(tmp_path / "a.h", right, True)]
+
+
+def test_two_names_of_a_program_are_a_choice(inspector: Inspector, tmp_path: Path) -> None:
+    text = embed(".h", "L X+5").replace("END PGM T", "END PGM S")
+    message, _word, made = look(inspector, tmp_path / "a.h", text)
+    assert "write END PGM T MM, or BEGIN PGM S MM in line 1" in message
+    assert [(one, is_preferred) for _path, one, is_preferred in made.values()] == [
+        (text.replace("PGM S", "PGM T"), False),
+        (text.replace("PGM T", "PGM S"), False),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("ending", "wrong", "begin", "rights", "is_preferred"),
+    [
+        (".ngc", "3<d>=5\nG1 X#<d>", "3<d>", ["#<d>"], True),
+        (".ngc", "$<d>=5\nG1 X#<d>", "$<d>", ["#<d>"], True),
+        (".ngc", "3100=5\nG1 X#3100", "3100", ["#100", "#3100"], False),
+        *((ending, "G1 X3 F80l", "F80l", ["F801", "F80"], False) for ending in (".ngc", ".nc", ".mpf")),
+        (".h", "L X+3 F80l", "F80l", ["F801", "F80"], False),
+        (".nc", "G40 G1 X9. F8l", "F8l", ["F81", "F8"], False),
+    ],
+)
+def test_readings_that_are_as_likely_are_choices(
+    inspector: Inspector, tmp_path: Path, ending: str, wrong: str, begin: str, rights: list[str], is_preferred: bool
+) -> None:
+    path, text = tmp_path / f"a{ending}", embed(ending, wrong)
+    found = check(inspector, path, text, TOOLS if ending == ".h" else SETUP)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    made = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert [(apply_places(fix), fix.settles) for fix in made] == [
+        (text.replace(begin, right, 1), is_preferred) for right in rights
+    ]
+
+
+def test_a_percent_sign_below_a_remark_is_taken_out(inspector: Inspector, tmp_path: Path) -> None:
+    right = embed(".ngc", "G1 X3")
+    message, word, made = look(inspector, tmp_path / "a.ngc", f"(A)\n%\n{right}")
+    assert (message, word) == ("% stands in the first line and below the last block; take it out", "%")
+    assert list(made.values()) == [(tmp_path / "a.ngc", f"(A)\n\n{right}", True)]
+
+
+def test_an_edge_beside_the_contour_is_a_choice(inspector: Inspector, tmp_path: Path) -> None:
+    path, text = tmp_path / "a.ngc", "T1 M6\nG43 H1\n" + embed(".ngc", "X-40\nG41 E1 G1 X-30\nX9")
+    found = check(inspector, path, text, "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80, diameter = 8 }\n")
+    (item,) = (one for one in found.findings if one.severity == "error")
+    made = [apply_places(fix) for fix in find_fixes(inspector, found, item, {path: text}, NEVER) if not fix.settles]
+    assert made == [text.replace("E1", "D1")]
+
+
+@pytest.mark.parametrize(
+    ("lines", "title"),
+    [
+        ("M98 P2000\nM30\nO2000\nG1 X4.\nM9\n%", "End the program with M99 before the closing %"),
+        ("M98 P2000\nM3\nO2000\nG1 X4.\nM99\n%", "Write M30 before line 9"),
+    ],
+)
+def test_an_edit_that_leaves_the_mistyped_code_is_a_choice(
+    inspector: Inspector, tmp_path: Path, lines: str, title: str
+) -> None:
+    path, text = tmp_path / "a.nc", f"{HEADS['.nc'][0]}{lines}\n"
+    found = check(inspector, path, text, TOOLS)
+    fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {path: text}, NEVER)]
+    assert [fix.settles for fix in fixes if fix.title.startswith(title)] == [False]
+
+
+def test_m6_beside_another_code_is_a_choice(inspector: Inspector, tmp_path: Path) -> None:
+    path, text = tmp_path / "a.mpf", "T1 M5\n" + "".join(HEADS[".mpf"]).partition("\n")[2]
+    found = check(inspector, path, text, TOOLS)
+    fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {path: text}, NEVER)]
+    assert [fix.settles for fix in fixes if fix.title.startswith("Write M6 after T1 in line 1")] == [False]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct, field
 
-from verne_post.base.suggestions import drop_doubles, has_one_more
+from verne_post.base.suggestions import MAY_BE_MEANT, drop_doubles, has_one_more
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
 from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant
 from verne_post.gcode.templates import read_by_template
@@ -65,9 +65,9 @@ _NUMBERS_OF_M: Final = ("1", "2", "3", "4", "5", "6", "7", "8", "9", "30")
 _SPLIT_LABEL: Final = re.compile(r"([A-Z]{1,2})<([A-Z_][A-Z\d_]*)>", re.IGNORECASE)
 #: A label without its o.
 _LABEL_ALONE: Final = re.compile(rf"(<[^<>]+>)(?=(?:{'|'.join(KEYWORDS)})\b)", re.IGNORECASE)
-#: N5 for M5, and a name behind 3, which has the # of many keyboards.
+#: N5 for M5, and a name behind 3, which has the # of many keyboards, or $, whose key is beside.
 _M_BEHIND_NUMBER: Final = re.compile(r"N0?(\d{1,2})(?![\d.])", re.IGNORECASE)
-_NAME_WITHOUT_HASH: Final = re.compile(r"3(<[^<>]+>)")
+_NAME_WITHOUT_HASH: Final = re.compile(r"[3$](<[^<>]+>)")
 _CODES_WITH_POINT: Final = ("5.1", "05.1", "43.4", "43.5", "53.1", "54.1", "54.2", "68.2", "68.3")
 _FEED_OR_PLACE: Final = re.compile(r"(?<![A-Z<_])[ABCFXYZ](?=[-+.\d#\[])")
 _BARE_NUMBER: Final = re.compile(r"[-+]?[\d.]*")
@@ -254,9 +254,11 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
                 raise reader.error(
                     "VP001", f"{match[1].lower()}: the o is missing before it; did you mean {right}?", at
                 )
-            if (match := _NAME_WITHOUT_HASH.match(characters, at - 1)) and not characters[at - 2 : at - 1].isdigit():
+            begin = at - (character == "<")
+            if (match := _NAME_WITHOUT_HASH.match(characters, begin)) and not characters[begin - 1 : begin].isdigit():
                 wrong, right = match[0].lower(), f"#{match[1].lower()}"
-                raise reader.error("VP001", f"{wrong}: the digit on the key of the #; did you mean {right}?", at - 1)
+                what = "the digit on the key of the #" if wrong[0] == "3" else "the key beside that of the #"
+                raise reader.error("VP001", f"{wrong}: {what}; did you mean {right}?", begin)
             text = _describe_strange(character, reader, at, first=first, has_number=has_number)
             edits: tuple[Remedy, ...] = ()
             if (match := _M_BEHIND_NUMBER.match(characters, at)) and match[1] in _NUMBERS_OF_M:  # keys side by side
@@ -410,6 +412,8 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
         if (first or has_number) and number in _CODES_WITH_POINT:
             return f"{number}: a number without a letter before it; did you mean G{number}?"
         if first and number.isdigit() and reader.characters[at + len(number) :].startswith("="):
+            if number[0] == "3" and len(number) > 1:  # whose key has the # of many keyboards
+                return f"{number}: a number without a letter before it; #{number[1:]} or #{number}{MAY_BE_MEANT}"
             return f"{number}: a number without a letter before it; did you mean #{number}?"
         code = "G" if len(number) <= len("99") else "S"
         code += "M" if number in _NUMBERS_OF_M else ""
@@ -426,6 +430,8 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
     if character == ")":
         return "')' without a comment that it would end"
     if character == "%":
+        if reader.characters == "%":
+            return "% stands in the first line and below the last block; take it out"
         return "'%' must be alone on its line"
     return f"{character!r} does not begin a word; expected a letter and a number"
 

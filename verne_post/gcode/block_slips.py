@@ -62,6 +62,10 @@ _NOT_OPEN: Final = re.compile(r"(o\S+) (\w+) without \1 .+ before it; (o\S+) \w+
 _HEAD: Final = re.compile(r"[ \t]*([IKLP](\d{2,9}))[ \t]*(?:\(|$)", re.IGNORECASE)
 _BEFORE_HEAD: Final = re.compile(rb"\s*(?:%|(?:N\s*\d+\s*)?M\s*0*(?:2|30|99)\b)", re.IGNORECASE)
 _LENGTH_OR_MOVE: Final = re.compile(r"(?<![A-Z_#<])(H0*([0-3]))(?![\d.])", re.IGNORECASE)
+#: A variable that is set, whose # is the 3 of its key, and E beside G41 or G42, whose D has the key beside.
+_NUMBER_OF_VARIABLE: Final = re.compile(r"[ \t]*(3\d{1,5})[ \t]*=")
+_EDGE: Final = re.compile(r"E(\d{1,3})(?![\d.])", re.IGNORECASE)
+_OF_CONTOUR: Final = re.compile(r"G4[12](?![\d.])", re.IGNORECASE)
 _CALL_SWAPPED: Final = re.compile(r"M89(?=[ \t]*P[ \t]*\d)", re.IGNORECASE)
 _LETTERLESS: Final = re.compile(r"(\S+): a number without a letter before it; write its letter, such as ([^;]+)")
 _WORD_BEFORE_BLANK: Final = re.compile(r"([A-Z][-+]?[\d.]+)[ \t]+(?=[\d.])", re.IGNORECASE)
@@ -93,6 +97,15 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
     if item.code == "VP001" and (match := _BARE_NAME.match(text)) and _is_at(match, item, 1):
         message = f"{match[1]}: a name without # before it; did you mean #{match[1]}?"
         return replace(item, message=message, column=match.start(1) + 1)
+    if item.code == "VP001" and (match := _NUMBER_OF_VARIABLE.match(text)) and _is_at(match, item, 1):
+        edits = propose_words(item, match[1], [f"#{match[1][1:]}", f"#{match[1]}"])
+        return replace(item, edits=edits)
+    if item.code == "VP001" and text.strip() == "%":
+        return replace(item, edits=(Remedy("take % out", misspelt="%", line=item.line or 0),))
+    if item.code == "VP006" and (match := _EDGE.match(text, (item.column or 1) - 1)) and _OF_CONTOUR.search(text):
+        right = f"D{match[1]}"
+        message = f"{item.message}; {right}{MAY_BE_MEANT}, whose key is beside"
+        return replace(item, message=message, edits=propose_words(item, match[0], [right]))
     is_useless_p = item.code == "VP006" and item.column is not None and text[item.column - 1 :][:1] in ("P", "p")
     if item.code == "VP001" or is_useless_p:
         if item.message.endswith(MAY_BE_MEANT):
@@ -243,7 +256,8 @@ def _find_mistyped_end(source: Text, item: Finding, dialect: str) -> Finding | N
         return None
     wrong = match[1]
     edit = Remedy("write M30", "M30", line=line, misspelt=wrong, is_choice=True)
-    return replace(item, message=f"{item.message}, or in place of {wrong} in line {line}", edits=(edit, *item.edits))
+    others = (replace(one, is_choice=True) for one in item.edits)
+    return replace(item, message=f"{item.message}, or in place of {wrong} in line {line}", edits=(edit, *others))
 
 
 def _is_at(match: re.Match[str], item: Finding, group: int = 0) -> bool:

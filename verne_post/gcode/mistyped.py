@@ -365,7 +365,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
                 )
             ):
                 found = (f"{found[0].removesuffix('?')}.?", *found[1:])
-            edits = propose_words(item, found[2], [found[3]] if found[0].endswith(MAY_BE_MEANT) else [])
+            rights = [found[3], *([found[3][:-1]] if f" or {found[3][:-1]} " in found[0] else [])]
+            edits = propose_words(item, found[2], rights if found[0].endswith(MAY_BE_MEANT) else [])
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=edits)
             if _is_sign_or_none(found[2], dialect):  # the keys of = and - are neighbours
                 signs = (found[3], f"{found[3][0]}-{found[3][1:]}")
@@ -447,6 +448,14 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
                     wrong, right = match[2], match[2].translate(MEANT_CHARACTERS)
                     what = f"{_name_character(wrong)} in a number"
                     return f"{wrong}: {what}; did you mean {right}?", match.start(2), wrong, right
+                if pattern is _LETTER_L and match[1].strip().upper() in ("F", "S") and match[2][:-1].isdigit():
+                    rights = f"{number} or {number[:-1]}"  # ten times as fast, or a letter too many
+                    return (
+                        f"{match[0]}: the letter l in a number; {rights}{MAY_BE_MEANT}",
+                        match.start(),
+                        match[0],
+                        number,
+                    )
                 return _report(match, f"{_name_character(match[2])} in a number", number)
     for pattern, what in _TOO_MANY:
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):

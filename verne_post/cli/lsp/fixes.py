@@ -59,6 +59,7 @@ _REPLACE_PASTED: Final = "Replace typographic dashes, quotes and spaces"
 _REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
 #: A word with a number, and a label of RS274/NGC.
 _NUMBERED: Final = re.compile(r"[A-Z]{1,2}[-+]?[\d.]+|o?<[^<>]*>", re.IGNORECASE)
+_LIKE_M99: Final = re.compile(r"\n[ \t]*(?:N\d+[ \t]*)?[MN]\d?9\d?\s*\Z", re.IGNORECASE)
 _PROC: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?PROC\b", re.IGNORECASE)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
@@ -472,7 +473,8 @@ def _write_at_end(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[F
     at = closing.start() if closing else len(text)
     new = f"{'' if text[:at].endswith(chr(10)) or not at else chr(10)}{remedy.value}\n"
     title = f"End the program with {remedy.value}{' before the closing %' * bool(closing)}"
-    yield Fix(title, found.path, text, at, at, new)
+    is_choice = remedy.value == "M99" and _LIKE_M99.search(text[:at]) is not None  # it may be the mistyped end
+    yield Fix(title, found.path, text, at, at, new, is_choice=is_choice)
 
 
 def _write_marked(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
@@ -633,7 +635,9 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
     if remedy.way == "behind":
         at = _find_offset(found.text, number - 1) + word.end()
         title = f"Write {remedy.value} after {word[0]} in line {number}"
-        return Fix(title, found.path, found.text, at, at, f" {remedy.value}", is_choice=remedy.is_choice)
+        # another M may be the mistyped one
+        is_choice = remedy.is_choice or (remedy.value[0] == "M" and find_word(lines[number - 1], "M") is not None)
+        return Fix(title, found.path, found.text, at, at, f" {remedy.value}", is_choice=is_choice)
     new = write_like(word[2], remedy.value, _find_dialect(found))
     begin = _find_offset(found.text, number - 1) + word.start(2)
     title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"

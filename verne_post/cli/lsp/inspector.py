@@ -379,12 +379,13 @@ class Inspector:
         needs_state = shown is None or address is not None or variable
         state = self._find_state(found, line, text) if needs_state else None
         place = None if shown is None else Place.find(shown)
-        # what a line with an error comes to is not known: the state is that before it, and places are not shown
+        # where a line with an error leads to is not known: the state is that before it
+        is_place = address is not None and address.name[-1:].upper() in tuple("XYZABCUVW")
         is_wrong = any(
             one.severity == "error" and one.line == line and is_about_text(one.code) for one in found.findings
         )
-        machine = None if is_wrong and found.made.program is None else found.machine
-        context = (dialect, words, state, place, machine, found.options)
+        reached = None if is_place and is_wrong and found.made.program is None else state
+        context = (dialect, words, reached, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
         own = {one.key for one in self.make_outline(found).list_variables()} if dialect == "siemens" else set()
         is_own = variable.lower() in own  # DEF INT I: no centre of an arc

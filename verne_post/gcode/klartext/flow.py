@@ -340,6 +340,8 @@ class _KlartextRun:
             except ProgramError as error:
                 interpreter.recorder.give_up(shown_line)
                 # a misspelt word is corrected, and the statement executed again
+                if error.code == "VP005" and statement.keyword == "BEGIN PGM":
+                    text.complete_begin(error, parts[0])
                 if error.code == "VP005" and statement.keyword == "CYCL DEF":
                     self.calls.line = text.skip_parameters(following)
                     if self.calls.line > following:

@@ -385,6 +385,8 @@ class Klartext:
                 raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
             message = f"{unit}: the unit of BEGIN PGM is MM or INCH; did you mean {near}?"
             raise statement.error("VP005", message, statement.rest.rindex(unit))
+        if not statement.rest[: match.start()].strip():
+            raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
         inch = match.group(1) != "MM"  # IN: of older controls
         self.modes.inch = inch
         self.q.control_values[113] = float(inch)

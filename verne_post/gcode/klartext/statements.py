@@ -187,13 +187,9 @@ class KlartextText(ChunkedText):
                 "BEGIN PGM is missing, and lengths are taken as mm; write BEGIN PGM, a name and MM as first line",
                 (),
             )
-        ends = [
-            one for one in _FRAME.finditer(self.source, max(len(self.source) - _TAIL, 0)) if one[1].upper() == b"END"
-        ]
-        if not ends:
-            ends = [one for one in _FRAME.finditer(self.source) if one[1].upper() == b"END"]
+        ends = self._list_ends()
         name, unit = ("NAME", "MM") if begin is None else _read_frame(begin)
-        right = f"END PGM {name} {unit}".rstrip()
+        right = f"END PGM {name or 'NAME'} {unit}".rstrip()
         if not ends and (mistyped_end := self._find_mistyped_end(right)) is not None:
             yield mistyped_end
             return
@@ -203,6 +199,8 @@ class KlartextText(ChunkedText):
                 f"END PGM is missing, which ends the file on the control; write {right} as last line",
                 (),
             )
+            return
+        if not (name and unit):  # BEGIN PGM is refused, with what END PGM has
             return
         end_name, end_unit = _read_frame(ends[-1])
         differ = end_name.upper() != name.upper() or (end_unit[:2] != unit[:2] and end_unit)
@@ -217,8 +215,32 @@ class KlartextText(ChunkedText):
                 )
                 return
             written_line = decode_line(self.source[ends[-1].start(1) : max(ends[-1].end(2), ends[-1].end(3))])
-            edit = Remedy(f"write {right}", right, line=number, misspelt=written_line)
-            yield number, f"{what}; write {right}", (edit,)
+            edit = Remedy(f"write {right}", right, line=number, misspelt=written_line, is_choice=bool(end_unit))
+            if not end_unit:
+                yield number, f"{what}; write {right}", (edit,)
+                return
+            first_line = decode_line(self.source[begin.start(1) : begin.end(3)])
+            other = f"BEGIN PGM {end_name} {end_unit}"
+            other_edit = Remedy(f"write {other}", other, line=line, misspelt=first_line, is_choice=True)
+            yield number, f"{what}; write {right}, or {other} in line {line}", (edit, other_edit)
+
+    def _list_ends(self) -> list[re.Match[bytes]]:
+        """The END PGM of the file: those of its last lines, or all."""
+        ends = _FRAME.finditer(self.source, max(len(self.source) - _TAIL, 0))
+        found = [one for one in ends if one[1].upper() == b"END"]
+        return found or [one for one in _FRAME.finditer(self.source) if one[1].upper() == b"END"]
+
+    def complete_begin(self, error: ProgramError, line_text: str) -> None:
+        """Say in the error of a BEGIN PGM that lacks its name or unit what END PGM has; sure where the rest fits."""
+        written_line = re.search(r"BEGIN[ \t]+PGM\b[ \t]*([^;]*)", line_text, re.IGNORECASE)
+        ends = self._list_ends()
+        name, unit = _read_frame(ends[-1]) if ends else ("", "")
+        if written_line is None or not (name and unit) or find_correction(error.message):
+            return
+        right, rest = f"BEGIN PGM {name} {unit}", written_line[1].strip().upper()
+        is_sure = rest == unit or re.match(rf"{re.escape(name.upper())}(?:[ \t]|MM|INCH|$)", rest) is not None
+        error.column, error.message = written_line.start() + 1, f"{error.message}; write {right}, as END PGM has it"
+        error.edits = write_words(written_line[0].rstrip(), right, is_choice=not is_sure)
 
     def _find_mistyped_end(self, right: str) -> tuple[int, str, tuple[Remedy, ...]] | None:
         """The last line with text, if it is nearly END PGM."""

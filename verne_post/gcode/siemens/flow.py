@@ -34,7 +34,8 @@ from verne_post.gcode.siemens.milling import MODAL_MILLING
 from verne_post.gcode.siemens.program import Section, SiemensText, refuse_header, split_line
 from verne_post.gcode.siemens.slips import explain_moved_blank
 from verne_post.gcode.siemens.values import read_value, spell_value
-from verne_post.gcode.siemens.variables import TYPES, refuse_leftover
+from verne_post.gcode.siemens.variables import refuse_leftover
+from verne_post.gcode.siemens.vocabulary import TYPES
 from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
 from verne_post.model.findings import Remedy
 

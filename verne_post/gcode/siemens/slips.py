@@ -4,12 +4,12 @@ import re
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from verne_post.base.suggestions import MAY_BE_MEANT
+from verne_post.base.suggestions import MAY_BE_MEANT, find_meant
 from verne_post.gcode.mistyped import OF_ALL_MOVES
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.gcode.siemens.cursor import NAME, NUMBER, Cursor
 from verne_post.gcode.siemens.values import FUNCTIONS
-from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUP_OF, NO_EFFECT, STATEMENTS, VALUE_MODES
+from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUP_OF, NO_EFFECT, STATEMENTS, TYPES, VALUE_MODES
 from verne_post.model.findings import Remedy
 
 _LAST_WORD: Final = re.compile(r"[A-Za-z_$]\w*\.?\d*$")
@@ -75,7 +75,7 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
     before = text[:at].rstrip()
     last = _LAST_WORD.search(before)
     if rest[0] in ")]":
-        edits = (Remedy(f"take {rest[0]} out", misspelt=rest[0], is_choice=True),)
+        edits: tuple[Remedy, ...] = (Remedy(f"take {rest[0]} out", misspelt=rest[0], is_choice=True),)
         return cursor.error("VP001", f"{rest[0]} closes no bracket; take it out", at, edits)
     if rest[0] == '"':
         edits = (Remedy("take the quote out", misspelt='"', is_choice=True),)
@@ -119,31 +119,38 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         return cursor.error("VP001", f"{rest[0]!r} does not begin a word; expected a name or a letter and a number", at)
     message = f"{number[0]}: the letter before this number is missing"
     value = _LAST_VALUE.search(before)
-    if last is None and value is None and len(number[0]) == 1:
-        return cursor.error("VP001", message, at)
+    code = f"{'R' if text[number.end() :].lstrip().startswith('=') else 'G'}{number[0]}"
+    is_known = (
+        code in GROUP_OF or code in NO_EFFECT or (code[0] == "R" and number[0].isdigit())
+    ) and f" {code} " not in f"{text.upper()} "
+    edits = write_words(number[0], code, is_choice=True) if is_known else ()
+    if last is None and value is None and not _AXIS_OR_FEED.match(text, number.end()) and not is_known:
+        if len(number[0]) == 1:
+            return cursor.error("VP001", message, at)
+        return cursor.error("VP001", f"{number[0]}: a block number begins with N; did you mean N{number[0]}?", at)
     if last is None and value is None:
-        if not _AXIS_OR_FEED.match(text, number.end()):
-            return cursor.error("VP001", f"{number[0]}: a block number begins with N; did you mean N{number[0]}?", at)
         # in 30 F1200 an axis may have lost its letter
-        rights = [f"{letter}{number[0]}" for letter in "NXYZ" if letter not in text.upper()]
-        choices = tuple(Remedy(f"write {one}", one, misspelt=number[0], is_choice=True) for one in rights)
-        return cursor.error("VP001", f"{message}, such as {' or '.join(rights)}" if rights else message, at, choices)
+        letters = ("R" if code[0] == "R" else "GN") if is_known else "NXYZ" if len(number[0]) > 1 else ""
+        rights = [f"{letter}{number[0]}" for letter in letters if letter in "GR" or letter not in text.upper()]
+        edits = write_words(number[0], *rights, is_choice=True)
+        return cursor.error("VP001", f"{message}, such as {' or '.join(rights)}" if rights else message, at, edits)
     if last is not None and len(last[0]) > 1 and not last[0].endswith("1") and last[0].upper() in ADDRESSES:
         written_text, right = text[last.start() : number.end()], f"{last[0]}={number[0]}"
         return cursor.error("VP001", f"{written_text}: an = is missing; did you mean {right}?", last.start())
+    if edits:
+        message += f", such as {code}"
     if value is None or text[len(before)] not in " \t":
-        return cursor.error("VP001", message, at)
+        return cursor.error("VP001", message, at, edits)
     right, written_text = f"{value[0]}{number[0]}", text[value.start() : number.end()]
     is_code = right[0] in "Gg" and f"G{right[1:]}" not in (*GROUP_OF, *NO_EFFECT)
     if is_code or re.search(r"(?<![\d.])0$", value[0]):
-        return cursor.error("VP001", message, at)
+        return cursor.error("VP001", message, at, edits)
     if right[0] in "Nn" and (name := NAME.match(text, number.end())) is not None and number[0].isdigit():
         written_text, right = f"{written_text}{name[0]}", f"{right} {name[0]}"
         message = f"{written_text}: a blank and a digit have changed places; did you mean {right}?"
         return cursor.error("VP001", message, value.start())
-    if right[0] in "NSFnsf":  # so that what the number was would be lost
-        return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at)
-    edits = (Remedy(f"write {right}", right, misspelt=written_text, is_choice=True),)
+    if right[0] not in "NSFnsf":  # else what the number was would be lost
+        edits = (*edits, Remedy(f"write {right}", right, misspelt=written_text, is_choice=True))
     return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at, edits)
 
 
@@ -345,8 +352,13 @@ def refuse_remark(cursor: Cursor, at: int) -> ProgramError | None:
     if head and not re.fullmatch(r"[A-Za-z]\w*[ \t]*:[ \t]*", head):
         return None
     match = _WORDS.match(cursor.text, begin)
+    if match is None:
+        return None
+    is_type = match[2].upper() in TYPES and not head and _NEXT.match(cursor.text, match.end()) is not None
+    if is_type and find_meant(match[0].upper(), [f"DEF {match[2]}".upper()], slip_alone=True):
+        return cursor.error("VP001", f"{match[1]}: no meaning in this language; did you mean DEF?", begin)
     tables = (GROUP_OF, NO_EFFECT, STATEMENTS, CYCLES, ADDRESSES)
-    if match is None or any(one.upper() in table for one in match.groups() for table in tables):
+    if any(one.upper() in table for one in match.groups() for table in tables):
         return None
     edits = (Remedy("write ;", f";{match[0]}", misspelt=match[0], is_choice=True),)
     text = f"{match[0]}: no words of this language; a remark begins with ;, as ;{match[0]}"

@@ -22,10 +22,8 @@ from verne_post.gcode.siemens.slips import (
     refuse_no_word,
 )
 from verne_post.gcode.siemens.values import FUNCTIONS, Index, Names, Value, read_indices, read_value, round_half_away
-from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS, VALUE_MODES
+from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS, TYPES, VALUE_MODES
 
-#: Types of DEF and PROC. AXIS, FRAME are refused.
-TYPES: Final = ("REAL", "INT", "BOOL", "CHAR", "STRING")
 #: What other languages call them.
 _TYPES_ELSEWHERE: Final = {"INTEGER": "INT", "FLOAT": "REAL", "DOUBLE": "REAL", "BOOLEAN": "BOOL"}
 #: R parameters that there are: as many as a control can be given.
@@ -306,6 +304,7 @@ def read_type(cursor: Cursor) -> str:
             raise cursor.error("VP002", f"variables of type {name} are not executed", at)
         if name not in TYPES:
             near = find_meant(name or "", TYPES, slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+            near = near or find_meant(f"DEF {name}", [f"DEF {one}" for one in TYPES], slip_alone=True)[len("DEF ") :]
             near = _TYPES_ELSEWHERE.get(name or "", near)
             types = f"expected a type: {', '.join(TYPES)}"
             raise cursor.error("VP001", f"{name}: {types}; did you mean {near}?" if near else types, at)

@@ -349,6 +349,8 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("CYCLE87", "CYCLE88"),
                     "cycles that stop for the operator in the hole; write the moves with M5 and M0")
 }  # fmt: skip
+#: Types of DEF and PROC. AXIS, FRAME are refused.
+TYPES: Final = ("REAL", "INT", "BOOL", "CHAR", "STRING")
 #: Functions whose value is a frame.
 FRAME_FUNCTIONS: Final = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
 #: Names that stand for numbers of CYCLE832.

@@ -41,7 +41,7 @@ from verne_post.gcode.siemens.slips import (
     refuse_remark,
 )
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
-from verne_post.gcode.siemens.variables import TYPES, Variables, read_r_number, refuse_leftover
+from verne_post.gcode.siemens.variables import Variables, read_r_number, refuse_leftover
 from verne_post.gcode.siemens.vocabulary import (
     ADDRESSES,
     CYCLES,
@@ -50,6 +50,7 @@ from verne_post.gcode.siemens.vocabulary import (
     NO_EFFECT,
     REFUSED_WORDS,
     STATEMENTS,
+    TYPES,
     VALUE_MODES,
     explain_refusal,
 )
