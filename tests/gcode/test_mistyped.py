@@ -446,7 +446,7 @@ def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_p
         ),
         ("G1 X5 F500\nG64 0.01", 1, "VP001 error", "0.01 may lack its letter, such as P0.01"),
         ("G1 X5 F500\nN9 4G9 X5", 1, "VP001 error", "4G9: a digit before its letter, which"),
-        ("N20 53 G0 Z90.", 0, "VP001 warning", "write it, such as G53"),
+        ("N20 53 G0 Z0.", 0, "VP001 warning", "write it, such as G53"),
         ("G43.4 5", 0, "VP001 error", "5 may lack its letter, such as H5"),
         ("M330", 0, "VP002 error", "did you mean M30? Else [remap]"),
         ("#<z> 1\nG1 X#<z> F500", 0, "VP001 error", "an = is missing"),
