@@ -155,7 +155,11 @@ def test_an_offset_still_to_be_measured_is_refused_as_a_length_is(
 @pytest.mark.parametrize("name", ["p.nc", "p.h", "p.mpf", "p.cls"])
 @pytest.mark.parametrize(
     ("source", "told"),
-    [("hello world\nthis is no program\n", "VP032 error"), (" \n", "1: VP032 error: the file is empty")],
+    [
+        ("hello world\nthis is no program\n", "VP032 error"),
+        (" \n", "1: VP032 error: the file has nothing but blank lines"),
+        ("", "1: VP032 error: the file is empty"),
+    ],
 )
 def test_no_set_up_is_written_for_what_is_no_program(
     run: Run, tmp_path: Path, name: str, source: str, told: str
