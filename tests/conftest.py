@@ -9,6 +9,7 @@ import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib.util import cache_from_source
 from pathlib import Path
 from typing import Any
 
@@ -181,7 +182,13 @@ def without_remedies(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Modules that new interpreters import are compiled once a session, for all workers, beside no source file."""
+    """Modules that new interpreters import are compiled once a session, for all workers, beside no source file.
+
+    What is installed is compiled already, and would be once more: numpy and all others with it.
+    """
+    if Path(cache_from_source(verne_post.__file__)).exists():
+        yield
+        return
     base = tmp_path_factory.getbasetemp()
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     with pytest.MonkeyPatch.context() as patch:

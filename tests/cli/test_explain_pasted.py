@@ -192,6 +192,23 @@ def test_lines_of_samples_are_read_in_their_own_language() -> None:
             assert any(language in texts for texts in read(line).values()), (name, line)
 
 
+def test_a_code_of_remap_is_told_as_such(run: Callable[..., Any], tmp_path: Path) -> None:
+    """It was not known, and refused (VP002)."""
+    program = tmp_path / "clamp.nc"
+    program.write_text("%\nO1\nG21 G90 G94 G54\nM428 M13\nM30\n%\n")
+    (tmp_path / "clamp.nc.toml").write_text('[remap]\nM13 = "ignore"\nM428 = "tcp on"\n')
+    told = run("explain", f"{program}:4").out
+    assert re.search(r'\n  M428 +"tcp on", says \[remap\]\n  M13 +"ignore", says \[remap\]\n', told), told
+
+
+def test_a_continued_line_with_an_unread_word_is_told(run: Callable[..., Any], tmp_path: Path) -> None:
+    """An M code in it was taken for a statement, or for none: IndexError."""
+    program = tmp_path / "drill.h"
+    program.write_text("0 BEGIN PGM A MM\n1 CYCL DEF 200 ~\n  Q200=2 ~\n  M8 = M9 Q201=-5\n2 M30\n3 END PGM A MM\n")
+    told = run("explain", f"{program}:4").out
+    assert re.search(r"\n  M8 +flood coolant on\n.*\n  Q201=-5 +depth", told)
+
+
 @pytest.mark.parametrize("words", [["calibrate"], ["validate", "x.toml"], ["show"], ["list"], ["tolerances", "--help"]])
 def test_a_command_of_machine_is_named_where_it_stands_alone(run: Callable[..., Any], words: list[str]) -> None:
     assert f"did you mean `verne-post machine {' '.join(words)}`?" in run(*words).err

@@ -63,8 +63,28 @@ def answers() -> dict[tuple[str, ...], Any]:
     return {}
 
 
+@pytest.fixture(scope="module")
+def searches() -> dict[str, Any]:
+    """What was found, by the program and all that the search is given."""
+    return {}
+
+
 @pytest.fixture
-def fit_travel(run: Callable[..., Any], answers: dict[tuple[str, ...], Any]) -> Callable[..., Any]:
+def searched_once(monkeypatch: pytest.MonkeyPatch, searches: dict[str, Any]) -> None:
+    """Text and --json tell of one search; that it finds the same again is a test of its own."""
+
+    def search(source: bytes, machine: Any, *given: Any, progress: Any, **more: Any) -> Any:
+        key = repr((source, machine.name, given, more))
+        if key not in searches:
+            searches[key] = propose(source, machine, *given, progress=progress, **more)
+        return searches[key]
+
+    assert verne_post.fit is not None  # loaded now, it keeps the name as it is
+    monkeypatch.setattr("verne_post.app.fit.propose", search)
+
+
+@pytest.fixture
+def fit_travel(run: Callable[..., Any], answers: dict[tuple[str, ...], Any], searched_once: None) -> Callable[..., Any]:
     """``fit_travel("--json")``: fit the sample that violates; once for the same words, which have the same answer."""
 
     def ask(*words: str) -> Any:
@@ -265,6 +285,7 @@ def test_the_smallest_move_is_legal_and_none_near_the_start_is(
         assert not verne_post.check(TRAVEL[0], machine, Options(tool_length=50.0, wcs={1: WorkOffset((x, y, z))})).ok
 
 
+@pytest.mark.usefixtures("searched_once")
 @pytest.mark.parametrize(("words", "longest"), [((), 18.8), (("--free", "z"), 39.5), (("--maximise", "margin"), 18.8)])
 def test_a_contact_is_left_by_the_move_that_the_check_offers(
     words: tuple[str, ...], longest: float, run: Callable[..., Any], tmp_path: Path, request: pytest.FixtureRequest

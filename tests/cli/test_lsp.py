@@ -369,7 +369,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          "3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 X+5,5\n5 CC X+20 Y+0\n6 L X+10 Y+0 F500\n7 C X+30 Y+0 DR+\n"
          "8 L Z+160 FMAX\n9 M30\n10 END PGM A MM\n", {
             "R0": "**: radius compensation off",
-            "Z S8": "**: tool axis",
+            "Z S8": "**: the tool axis",
             "X+5,5": "**: shifts the datum to 5.5",
             "X+20": "**: pole and centre: 20",
             "DR+": "**: arc counter-clockwise",
@@ -1216,7 +1216,7 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "a.nc",
             FANUC + f"{RS274}G0 Z160\nG49\nG0 X0 Y0\nZ2.\nM30\n%\n",
             "VP034",
-            "Write G43 H1 before line 13 (no errors then, with 1 warning)",
+            "Write G43 H1 before line 13 (no errors then, with 2 warnings)",
             "Z2.",
             "G43 H1\nZ2.",
         ),
@@ -1617,6 +1617,33 @@ def test_a_legal_program_is_planned_once_with_the_same_set_up(tmp_path: Path, mo
     assert check().made is first
     machine.write_text(text.replace("a_velocity", "a_velocity ", 1), "utf-8")
     assert check().made is not first
+
+
+def test_motion_that_an_edit_leaves_as_it_is_is_planned_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines and remarks are not of the motion; feed rates, dwells, and what the set-up says of the execution are."""
+    from verne_post.cli.lsp.inspector import Inspector
+
+    path = make_program(tmp_path, LEGAL, setup=None)
+    given: dict[str, Any] = dict.fromkeys(("select", "ignore", "baseline", "settings"))
+    given |= {"severity": (), "subroutine_path": (), "machine_name": "verne"}
+    monkeypatch.chdir(tmp_path)
+    text = LEGAL.replace("G1 A60", "G4 P0.5\nG1 X5\nX5 Y5\nG1 A60")
+
+    def plan(inspector: Inspector, source: str = text, setup: str = SETUP) -> Any:
+        found = inspector.check(path, {path: source, Path(f"{path}.toml"): setup}, threading.Event())
+        assert found.made.plan is not None, found.findings
+        return found.made.plan
+
+    kept, remarked = Inspector(given), f"(groove)\n{text}"
+    first, again, alone = plan(kept), plan(kept, remarked), plan(Inspector(given), remarked)
+    assert again.profiles is first.profiles
+    assert again.profiles.continuous_s.tobytes() == alone.profiles.continuous_s.tobytes()
+    assert again.timeline.first_row.tolist() == alone.timeline.first_row.tolist()
+    assert again.timeline.line.tolist() == alone.timeline.line.tolist() != first.timeline.line.tolist()
+    for old, new in (("F2000", "F1999"), ("P0.5", "P0.6"), ("X5 Y5", "X5 Y6")):
+        assert plan(kept, text.replace(old, new)).profiles is not plan(kept).profiles
+    for option in ("override = 0.5", "slow_start = 9", "cycle = 0.002", "quality = true", "air = 5"):
+        assert plan(kept, text, f"{option}\n{SETUP}").profiles is not plan(kept).profiles
 
 
 def test_what_is_no_message_is_logged_in_one_line_and_the_next_one_is_answered(client: Client, tmp_path: Path) -> None:
@@ -2367,6 +2394,52 @@ def test_hover_tells_operators_loops_and_types(
     for part, word in words.items():
         line = next(k for k, one in enumerate(text.split("\n")) if part in one)
         assert f"**{word}**: " in hover(client, uri, line, text.split("\n")[line].index(part)), part
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "shown"),
+    [
+        (
+            "a.h",
+            f'{OF_KLARTEXT}CALL LBL "SIDE 1.2"\nCYCL DEF 200 ~\n  Q200=2 ~\n  M8 = Q201=-Q5\nM30\nLBL "SIDE 1.2"\n'
+            "LBL 0\nEND PGM A MM\n",
+            {
+                '"SIDE 1.2"\nC': '**"SIDE 1.2"**: label: its number or name\n',
+                "M8": "**M8**: flood coolant on\n",
+                "Q201": "**Q201=-Q5**: depth",
+                "MM\n": "**MM**: unit of all lengths",
+            },
+        ),
+        (
+            "a.mpf",
+            'G71 G90\nDEF REAL DEPTH=5\nCYCLE81(150,120,3,DEPTH\nMSG("A; B") M8\nM30\n',
+            {
+                "M8": "**M8**: flood coolant on",
+                "120": "**120**: RFP of CYCLE81: reference plane",
+                "DEPTH\nM": "**DEPTH**: DP of CYCLE81: final depth",
+            },
+        ),
+        (
+            "a.nc",
+            f"{OF_FANUC}G65 P9010 A#1 B2.5\nG51 X9.\nG02 X9. ,R5.\nM30\n%\n",
+            {"A#": "**A#1**: argument #1 of the macro: #1", "G02": "**G02**: arc", ",R": "**,R5.**: rounding"},
+        ),
+        (
+            "a.cls",
+            "PARTNO/A\nUNITS/MM\nFEDRAT/500,MMPM\nGOTO/0,0,200\nFINI\n",
+            {"500": "**500**: feed rate", "MMPM": "**MMPM**: the feed rate is in mm/min", "0,0": "**0,0,200**: x, y"},
+        ),
+    ],
+)
+def test_hover_tells_the_words_of_explain(
+    client: Client, tmp_path: Path, name: str, text: str, shown: dict[str, str]
+) -> None:
+    """Texts, values of cycles and words behind others too, also in lines that are refused."""
+    uri = client.open(make_program(tmp_path, text, name, CALL_SETUP))
+    for word, said in shown.items():
+        before = text.partition(word)[0]
+        column = len(before.rpartition("\n")[2])
+        assert said in hover(client, uri, before.count("\n"), column + (word[0] == ",")), word
 
 
 def test_hover_of_a_variable_with_the_name_of_a_letter_is_its_value(client: Client, tmp_path: Path) -> None:

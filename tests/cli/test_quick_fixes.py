@@ -810,7 +810,7 @@ O_LOOPS = (
         (O_LOOPS, "|o1 endwhile", "mark of a loop, in the first of 3 passes"),
         (O_LOOPS, "|o2 while", "mark of a loop, in the first of 2 passes"),
         (O_LOOPS, "|o3 if", "mark of a branch"),
-        (O_CALL, "|o7 sub", "number of a program or subprogram"),
+        (O_CALL, "|o7 sub", "number or name of the subprogram"),
     ],
 )
 def test_hover_of_o_words(inspector: Inspector, tmp_path: Path, text: str, place: str, said: str) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, build_interpreter_setup
+from verne_post.app.height_check import HEIGHT
 from verne_post.app.result import Progress
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.limits import JointBounds
@@ -30,7 +31,7 @@ def check_program(
     list of Finding
     """
     bounds, found = _check_contour(program, progress, only_first=only_first)
-    return bounds, sort_findings([*program.machine.warnings, *_drop_departures(program.findings, found), *found])
+    return bounds, sort_findings([*program.machine.warnings, *_drop_consequences(program.findings, found), *found])
 
 
 def _check_contour(
@@ -46,12 +47,18 @@ def _check_contour(
     return bounds, found
 
 
-def _drop_departures(findings: Sequence[Finding], found: Sequence[Finding]) -> list[Finding]:
-    """Findings of the assembly, without VP301 of a table that would leave the words, where a limit that they break is
-    found.
+def _drop_consequences(findings: Sequence[Finding], found: Sequence[Finding]) -> list[Finding]:
+    """Findings of the assembly, without what a limit says that the program breaks: VP301 of a table that would leave
+    the words, and the height of a rapid whose line breaks one.
     """
-    is_found = any(item.severity == "error" for item in found)
-    return [item for item in findings if item.quantity != DEPARTURE or item.severity != "error" or not is_found]
+    errors = [item for item in found if item.severity == "error"]
+    spans = [(item.line or 0, item.last_line or item.line or 0) for item in errors]
+    return [
+        item
+        for item in findings
+        if not (item.quantity == DEPARTURE and item.severity == "error" and errors)
+        and not (item.quantity == HEIGHT and any(first <= (item.line or 0) <= last for first, last in spans))
+    ]
 
 
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
@@ -60,7 +67,7 @@ def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     found = check_constraints(joints)[1]
     if program.options.stock is not None or any(item.quantity == DEPARTURE for item in own):
         whole = _check_contour(program)[1]
-        own = _drop_departures(own, whole)
+        own = _drop_consequences(own, whole)
         # what is left of a stock at that time follows from the lines before
         found = [item for item in found if item.code != "VP216"]
         found += [item for item in whole if item.code == "VP216" and (item.line or 0) <= line <= (item.last_line or 0)]

@@ -19,7 +19,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import find_cycle_call, find_given_values
+from verne_post.gcode.pasted_line import Word, find_cycle_call, find_given_values
 from verne_post.model.findings import Finding, InputError, Remedy, join_lines
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.part_setup import describe_tool_number
@@ -241,10 +241,10 @@ def _list_heights(source: Text, program: Program, number: int, step: float = STE
     if call is None:
         return []
     line, found = call
-    values = find_given_values(lines, line, found.start(), dialect)
-    cycle, begin = (f"CYCL DEF {found[1]}", -1) if dialect == "heidenhain" else (found[1].upper(), found.start())
+    values = find_given_values(lines, line, dialect)
+    begin = -1 if dialect == "heidenhain" else found.begin
     heights = [
-        _Height(f"{cycle} in line {line}", name, value.line, lines[value.line - 1], value.begin, value.text, begin)
+        _Height(f"{found.name} in line {line}", name, value.line, lines[value.line - 1], value.begin, value.text, begin)
         for name, value in ((name, values[name]) for name in _NAMES if name in values)
         if re.fullmatch(_NUMBER, value.text)
     ]
@@ -273,14 +273,14 @@ def _list_in_force(source: Text, program: Program, line: Line, step: float = STE
     return [height for height in found if is_in_force(height)]
 
 
-def _find_call(lines: Sequence[str], number: int, dialect: str) -> tuple[int, re.Match[str]] | None:
+def _find_call(lines: Sequence[str], number: int, dialect: str) -> tuple[int, Word] | None:
     """The line, and the call in it, of the cycle that a line executes: its own, or the last that is in force."""
     if dialect not in ("siemens", "heidenhain"):
         return None
     for at in range(number, 0, -1):
         is_modal = dialect == "heidenhain" or _MODAL_CALL.search(remove_remarks(lines[at - 1], dialect)) is not None
         found = find_cycle_call(lines[at - 1], dialect) if is_modal or at == number else None
-        values = {} if found is None else find_given_values(lines, at, found.start(), dialect)
+        values = {} if found is None else find_given_values(lines, at, dialect)
         if found is not None and not values.keys().isdisjoint(_NAMES):
             return at, found
         if is_modal and dialect == "siemens":  # MCALL alone, or with a cycle without heights

@@ -6,7 +6,7 @@ time.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -303,14 +303,19 @@ def check_and_keep(
     remedies: bool = True,
     only_cause: bool = False,
     tell: Tell | None = None,
+    planned: Sequence[Plan] = (),
 ) -> Inspection:
     """As :func:`check_source`, and keep what was made.
 
     With ``only_cause`` the same is found, without its remedies; ``tell`` gets findings before their remedies are
-    sought.
+    sought. Motion of a program that was ``planned`` before is not planned again.
     """
     made = Inspection(Result(()))
-    plan = partial(plan_or_refuse, source, only_cause=only_cause, tell=tell) if remedies else plan_program
+    plan = (
+        partial(plan_or_refuse, source, only_cause=only_cause, tell=tell, planned=planned)
+        if remedies
+        else partial(plan_program, planned=planned)
+    )
     made.result = _assemble_then(
         source, machine, options, lambda program: _check(source, program, progress, made, plan)
     )

@@ -1,7 +1,7 @@
 """One line of a program explained, on the same contour and by the same check as ``check`` and ``convert``."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -153,7 +153,7 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     nearest = find_lines_near(guard_joints(program), line)
     near = " and ".join(map(str, nearest))
     said = [f"line {line}: {text}", f"  no motion{_say_why_still(program, line)}; the nearest lines that have: {near}"]
-    said += _list_words(source, line, text, dialect, machine)
+    said += _list_words(source, line, text, dialect, machine, options.remap)
     said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
     state = find_state_if_executed(source, program, line)
     if not remove_remarks(text, dialect).strip():
@@ -174,11 +174,17 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     return Explanation(line, findings, "\n".join(said) + "\n", "")
 
 
-def _list_words(source: Text, line: int, text: str, dialect: str, machine: Machine) -> list[str]:
+def _list_words(
+    source: Text, line: int, text: str, dialect: str, machine: Machine, remap: Mapping[str, str]
+) -> list[str]:
     """The words of a line, each with what it does on a machine."""
     is_continued = _find_begin(source, line, dialect) < line
-    words = find_words(text, dialect, is_continued=is_continued)
-    return [f"  {word.name:<20} {name_axes(word.text, machine.rotary_letters)}" for word in words]
+    words = find_words(text, dialect, is_continued=is_continued, remap=remap)
+    written_words = [" ".join(text[word.begin : word.end].upper().split()) for word in words]
+    return [
+        f"  {written:<20} {name_axes(word.text, machine.rotary_letters)}"
+        for written, word in zip(written_words, words, strict=True)
+    ]
 
 
 def _find_begin(source: Text, line: int, dialect: str) -> int:
@@ -218,7 +224,7 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     dialect, name = choose_dialect_name(options.dialect, source, options.source_name), options.source_name
     own = [item for item in findings if item.line in (line, None)]
     said = [f"line {line}: {shown}"]
-    said += _list_words(source, line, shown, dialect, machine)
+    said += _list_words(source, line, shown, dialect, machine, options.remap)
     said += [f"  {item.code} {item.severity}: {item.message}" for item in own]
     for item in {item.code: item for item in own}.values():
         if remedy := describe_remedy(item, name, find_run(options)):

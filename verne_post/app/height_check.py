@@ -9,6 +9,8 @@ from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import MoveKind, Moves, find_tool_of_moves
 
+#: The kind of what is found: a limit that the same line breaks says it, too.
+HEIGHT: Final = "height"
 #: Rapids that go to the depth of a cut or hardly deeper may be meant, mm.
 _DEEPER_MM: Final = 0.5
 
@@ -17,7 +19,7 @@ def check_heights(moves: Moves) -> Iterator[Finding]:
     """VP505, once a program: the first rapid that goes down below every cut of its tool in the same system.
 
     A cut straight up is no sign of depth: it may only leave it. Cycles plunge as they must, as those that bore
-    backwards, and a line that cuts, too, is one.
+    backwards, and a line that cuts, too, is one. Nor is a line looked at of which something else was found.
     """
     cuts = ~np.isin(moves.kind, (MoveKind.RAPID, MoveKind.DWELL))
     if len(moves) < 2 or not cuts.any():
@@ -39,13 +41,14 @@ def check_heights(moves: Moves) -> Iterator[Finding]:
     deep &= (
         (end[:, 2] < lowest[system] - _DEEPER_MM) & np.isfinite(lowest[system]) & ~np.isin(moves.line, moves.line[cuts])
     )
+    deep &= ~np.isin(moves.line, [item.line or 0 for item in moves.findings])
     for at in np.flatnonzero(deep)[:1].tolist():
         line, height, cut = int(moves.line[at]), float(end[at, 2]), float(lowest[system[at]])
         text = (
             f"this rapid goes down to Z {height:.6g} mm, and the deepest cut of its tool is at Z {cut:.6g} mm: is the "
             "sign of the height right?"
         )
-        yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
+        yield make_finding("VP505", text, line=line, last_line=line, worst_line=line, quantity=HEIGHT)
 
 
 def _lower_arcs(moves: Moves, depths: Array) -> Array:

@@ -40,6 +40,8 @@ from verne_post.trajectory.shaper import shape_rows
 
 #: Of what verification allows where the path has no tolerance, so much is used: the rest is for rounding.
 EXACT_SHARE: Final = 0.9
+#: Where the motion stands in its program, which does not change how it is planned.
+_PLACES: Final = ("line", "move", "dwell_line")
 
 
 #: Takes findings while others, or their remedies, are still sought.
@@ -63,6 +65,7 @@ def plan_or_refuse(
     *,
     only_cause: bool = False,
     tell: Tell | None = None,
+    planned: Sequence[Plan] = (),
 ) -> Plan:
     """:func:`plan_program` of a source; what refuses it names the remedies that were tried.
 
@@ -74,7 +77,7 @@ def plan_or_refuse(
     InputError
     """
     with _try_remedies(source, program, only_cause=only_cause, tell=tell):
-        return plan_program(program, progress)
+        return plan_program(program, progress, planned=planned)
 
 
 def check_or_refuse(source: Text, program: Program, progress: Progress | None = None) -> list[Finding]:
@@ -125,10 +128,17 @@ def check_limits(
     return bounds, findings
 
 
-def plan_program(program: Program, progress: Progress | None = None, *, only_first: bool = False) -> Plan:
+def plan_program(
+    program: Program,
+    progress: Progress | None = None,
+    *,
+    only_first: bool = False,
+    planned: Sequence[Plan] = (),
+) -> Plan:
     """Check and, when nothing is wrong, plan.
 
-    With ``only_first`` the check of a stock ends at its first error: whether there is one is asked, not which.
+    With ``only_first`` the check of a stock ends at its first error: whether there is one is asked, not which. The
+    profiles of one that was ``planned`` before are those of the same motion, whatever else the programs say.
 
     Raises
     ------
@@ -145,8 +155,43 @@ def plan_program(program: Program, progress: Progress | None = None, *, only_fir
     planning = PlanningOptions(
         program.cycle, options.solver, options.quality, played, program.build_shaper(), program.team
     )
-    profiles, laid_out = _plan(program, bounds, planning, report)
+    known = next((one.profiles for one in planned if _is_same_motion(one, program, planning)), None)
+    if known is None:
+        profiles, laid_out = _plan(program, bounds, planning, report)
+    else:
+        profiles, laid_out = known, lay_out(program.contour, known, planning)
+        _require_rows(program, laid_out.n_rows)
     return Plan(program, profiles, laid_out, tuple(findings), bounds.axis_error_deg)
+
+
+def _is_same_motion(plan: Plan, program: Program, planning: PlanningOptions) -> bool:
+    """Whether a program has the motion of another that was planned in the same way, to the last bit."""
+    before, timeline = plan.program, plan.timeline
+    now, then = (
+        (one.options.solver, one.options.quality, one.options.lift, cycle, playback)
+        for one, cycle, playback in (
+            (program, planning.cycle, planning.playback),
+            (before, timeline.cycle, timeline.playback),
+        )
+    )
+    is_shaped = planning.rest or len(timeline.weights) > 1  # a shaper's limits of speed are sought once more
+    return (
+        not is_shaped
+        and before.machine is program.machine
+        and now == then
+        and _is_same(before.contour, program.contour)
+    )
+
+
+def _is_same(one: object, other: object) -> bool:
+    """Whether two values hold the same numbers, wherever their lines stand."""
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return one.shape == other.shape and one.dtype == other.dtype and one.tobytes() == other.tobytes()
+    if isinstance(one, Struct) and type(one) is type(other):
+        return all(
+            _is_same(getattr(one, name), getattr(other, name)) for name in one.__struct_fields__ if name not in _PLACES
+        )
+    return type(one) is type(other) and one == other
 
 
 def _plan(

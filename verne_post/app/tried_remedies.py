@@ -4,6 +4,7 @@ A work offset and an option are tried on the whole program; a tilt, another bran
 """
 
 import dataclasses
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Final
 
@@ -401,7 +402,7 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
 def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
     """X, Y or Z of the first line of errors with the decimal point that it may have lost; checked with it.
 
-    With the point it is between the numbers of this letter before and behind it.
+    With the point it is between the numbers of this letter before and behind it, and others of it have one.
     """
     number = min(item.line or 0 for item in errors)
     lines = bytes(source).split(b"\n")
@@ -410,6 +411,8 @@ def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) 
         word = find_word(text, letter)
         digits = "" if word is None else word[2].lstrip("+-")
         if word is None or len(digits) < len("10") or not digits.isdecimal():
+            continue
+        if re.search(rf"(?<![A-Z_$]){letter}[ \t]*=?[ \t]*[-+]?\d*\.".encode(), bytes(source), re.IGNORECASE) is None:
             continue
         around = (_find_nearest(one, letter) for one in (reversed(lines[: number - 1]), lines[number:]))
         beside = [one for one in around if one is not None]

@@ -27,7 +27,7 @@ _TABLES: Final = {
     "a machine file": (("schema",), "give it with --machine"),
     "a settings file": (("machine", "options", "check", "setup"), "give it with --settings"),
     "a set-up": (
-        ("wcs", "tools", "tool_length", "tool_table", "tool_lengths", "keep_out", "stock", "part", "remap"),
+        ("wcs", "tools", "tool_length", "tool_table", "tool_lengths", "keep_out", "stock", "part"),
         "give it with --setup",
     ),
 }

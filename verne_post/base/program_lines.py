@@ -7,13 +7,18 @@ from typing import Final
 
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 
-#: Remarks of languages, by dialect, in which parentheses are no remarks.
-_REMARKS: Final = {"siemens": r";.*", "heidenhain": r";.*", "aptcl": r"\$\$.*"}
+#: Remarks of languages, by dialect, in which parentheses are no remarks, or a text, in which none begins.
+_REMARKS: Final = {**dict.fromkeys(("siemens", "heidenhain"), r"(\"[^\"]*\")|;.*"), "aptcl": r"\$\$.*"}
 
 
 def remove_remarks(line: str, dialect: str = "") -> str:
     """A line with blanks for its remarks; without a dialect, those in parentheses and after a semicolon."""
-    return re.sub(_REMARKS.get(dialect, r"\([^)]*\)?|;.*"), lambda remark: " " * len(remark[0]), line)
+    return re.sub(_REMARKS.get(dialect, r"\([^)]*\)?|;.*"), _blank, line)
+
+
+def _blank(remark: re.Match[str]) -> str:
+    """Blanks for a remark; a text stays."""
+    return remark[0] if remark.lastindex else " " * len(remark[0])
 
 
 #: The word that ends a program, outside remarks.

@@ -438,9 +438,9 @@ def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
     """
     if "(" not in text and ";" not in text:
         if not any(blank in text for blank in _BLANKS):
-            return _raise_case(text), range(len(text) + 1), None
+            return raise_case(text), range(len(text) + 1), None
         places = [at for at, character in enumerate(text) if character not in _BLANKS]
-        return _raise_case("".join([text[at] for at in places])), [*places, len(text) - text.endswith("\r")], None
+        return raise_case("".join([text[at] for at in places])), [*places, len(text) - text.endswith("\r")], None
     kept_parts: list[str] = []
     places, comment, at = [], None, 0
     while at < len(text):
@@ -457,10 +457,10 @@ def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
             kept_parts.append(character)
             places.append(at)
         at += 1
-    return _raise_case("".join(kept_parts)), [*places, len(text) - text.endswith("\r")], comment
+    return raise_case("".join(kept_parts)), [*places, len(text) - text.endswith("\r")], comment
 
 
-def _raise_case(text: str) -> str:
+def raise_case(text: str) -> str:
     """Upper case, character by character: some letters of other alphabets would become two."""
     return text.upper() if text.isascii() else "".join(c.upper() if c.isascii() else c for c in text)
 

@@ -1,21 +1,20 @@
 """What a word does in every language that knows it: for `explain G68.2`, out of the tables by which it is executed."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from itertools import takewhile
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from verne_post.base.printable import join_names
-from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.apt import words as apt
 from verne_post.gcode.apt.translator import STATEMENTS as OF_APT
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.known_variables import describe_variable
-from verne_post.gcode.letters import LETTERS_OF_KLARTEXT, OF_EXPRESSIONS, OF_NAMES
+from verne_post.gcode.letters import OF_EXPRESSIONS, OF_NAMES
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -56,19 +55,11 @@ LANGUAGES: Final = {
     "heidenhain": "Klartext",
     "aptcl": "APT",
 }
-_CYCLE_CALL: Final = re.compile(r"(?<!\w)([A-Z]+\d*)[ \t]*\(", re.IGNORECASE)
-_CYCLE_DEFINITION: Final = re.compile(r"\bCYCL[ \t]+DEF[ \t]+(\d+)", re.IGNORECASE)
-#: A value of a call, with what ends it.
-VALUE_OF_CALL: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
-#: A value of a cycle of Klartext.
-_Q_VALUE: Final = re.compile(r"(?<!\w)(Q\d+)[ \t]*=[ \t]*([^\s~;]+)", re.IGNORECASE)
 _M_CODE: Final = re.compile(r"M\d{1,9}")
-_CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 #: Cycles of RS274/NGC and Fanuc that make holes.
 _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 
-_AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
 #: A letter with a number, of which the number says nothing: T1, R1, #100.
 _LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])[-+]?(?:\d+\.?\d*|\.\d+)$")
 #: Zeros before the number of a word: M03, G05.1, FN 09.
@@ -89,38 +80,6 @@ class GivenValue(NamedTuple):
     text: str
 
 
-class KnownWord(NamedTuple):
-    """A word of a line: where it begins and ends, its name, and what it does."""
-
-    begin: int
-    end: int
-    name: str
-    text: str
-
-
-def find_words_of(line: str, dialect: str) -> list[KnownWord]:
-    """The words of a line that a dialect knows, in their order."""
-    language, texts = LANGUAGES[dialect], {name: found[0] for name, found in list_meanings(dialect).items()}
-    code = remove_remarks(line, dialect).upper()
-    found: dict[int, tuple[int, str]] = {}  # begin -> end, name: the longest word at each place
-    for name in texts:
-        for match in re.finditer(_make_pattern(name, language), code):
-            begin, end = match.span()
-            found[begin] = max(found.get(begin, (0, "")), (end, name))
-    candidates = [KnownWord(begin, end, name, texts[name]) for begin, (end, name) in found.items()]
-    if language == "Klartext":
-        # letters of axes before a value, which may be a parameter
-        axes = (match for match in _AXIS_OF_KLARTEXT.finditer(code) if match.start() not in found)
-        candidates += [KnownWord(*match.span(), match[0], LETTERS_OF_KLARTEXT[match[0]]) for match in axes]
-    words: list[KnownWord] = []
-    for word in sorted(candidates):
-        if not words or word.begin >= words[-1].end:
-            before = words[-1].name if words and language == "Klartext" else ""
-            own = klartext.FEED_OF_FUNCTIONS.get(before, "") if word.name == "F" else ""
-            words.append(word._replace(text=own) if own else word)
-    return words
-
-
 def name_axes(text: str, letters: tuple[str, str]) -> str:
     """What a word does, with the letters of a machine in place of its rotary axes; it lacks the third letter."""
     (lacking,) = {*"ABC"} - {*letters}
@@ -139,21 +98,6 @@ def list_meanings(dialect: str, *, executed_alone: bool = False) -> dict[str, li
     for name, text in phrases.items():  # a letter means nothing without its value
         found.setdefault(name, [text])
     return found
-
-
-def _make_pattern(name: str, language: str) -> str:
-    """Where a word stands in a line: a code may have zeros before its number, and touch the next word."""
-    if (code := _CODE.fullmatch(name)) is not None:
-        return rf"(?<![A-Z_$]){code[1]}[ \t]*0*{re.escape(code[2])}(?![\d.])"
-    text = r"[ \t]+".join(map(re.escape, name.split()))
-    after = r"(?=[ \t]*[=+\-.\d])" if len(name) == 1 else r"(?![A-Z\d_])"
-    if language in ("RS274/NGC", "Fanuc") and name in OF_EXPRESSIONS[language]:  # numbers may touch it: #1LT5, DO1
-        return rf"(?<![A-Z_$]){text}(?![A-Z_])"
-    if language == "Klartext" and name in ("Q", "QL", "QR", "QS"):  # elsewhere it is a value
-        after = r"(?=[ \t]*\d+[ \t]*=)"
-    if language == "Klartext" and name in ("L", "C"):  # C+90 is an axis
-        after = r"(?=[ \t]+[A-Z]|[ \t]*$)"
-    return rf"(?<![A-Z\d_$]){text}{after}"
 
 
 def describe_word(word: str) -> list[str]:
@@ -272,18 +216,6 @@ def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:
     return re.sub(r": below\b", f": see {PAGES[language]}", _SECTION.sub(name_page, meaning))
 
 
-def find_cycle_value(line: str, column: int) -> KnownWord | None:
-    """The value of a cycle of Siemens at a column, from 0, by the name of its parameter; None where there is none."""
-    code = remove_remarks(line, "siemens")
-    for cycle in _CYCLE_CALL.finditer(code):
-        for name, value in _list_call_values(cycle, code):
-            if value.start(1) <= column < value.end(1):
-                meaning = siemens.CYCLE_VALUES.get(name, "")
-                text = f"{name} of {cycle[1].upper()}{': ' * bool(meaning)}{meaning}"
-                return KnownWord(value.start(1), value.end(1), value[1].strip(), text)
-    return None
-
-
 def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
     """The values that a cycle takes: the text before each, and its name; none for other words, and in CL files.
 
@@ -310,7 +242,7 @@ def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
 def describe_values(word: str, dialect: str, given: Mapping[str, GivenValue] = MappingProxyType({})) -> list[str]:
     """The values of a cycle of Siemens or Klartext, in their order, with what each is; none for other words.
 
-    ``given`` are those of a call, by their names (:func:`find_given_values`).
+    ``given`` are those of a call, by their names.
     """
     if dialect == "siemens":
         values = ((name, siemens.CYCLE_VALUES.get(name, "")) for name in list_parameters().get(word, ()))
@@ -327,44 +259,6 @@ def describe_values(word: str, dialect: str, given: Mapping[str, GivenValue] = M
         )
     named_values = ((f"{name} = {given[name].text}" if name in given else name, meaning) for name, meaning in values)
     return [f"{name}: {meaning}" if meaning else name for name, meaning in named_values]
-
-
-def find_given_values(lines: Sequence[str], number: int, column: int, dialect: str) -> dict[str, GivenValue]:
-    """The values that the call of a cycle at a 1-based line and 0-based column gives, by their names."""
-    if dialect == "heidenhain":
-        found = dict[str, GivenValue]()
-        for at, line in enumerate(lines[number - 1 :], start=number):
-            values = _Q_VALUE.finditer(remove_remarks(line, dialect))
-            found.update((value[1].upper(), GivenValue(at, value.start(2), value[2])) for value in values)
-            if not line.rstrip().endswith("~"):
-                break
-        return found
-    code = remove_remarks(lines[number - 1], dialect)
-    call = next((one for one in _CYCLE_CALL.finditer(code) if one.start() <= column < one.end()), None)
-    if dialect != "siemens" or call is None:
-        return {}
-    return {
-        name: GivenValue(number, value.start(1), value[1].strip())
-        for name, value in _list_call_values(call, code)
-        if value[1].strip()
-    }
-
-
-def find_cycle_call(line: str, dialect: str) -> re.Match[str] | None:
-    """The first call or definition of a cycle in a line, by whose column :func:`find_given_values` finds its values."""
-    code = remove_remarks(line, dialect)
-    if dialect == "heidenhain":
-        return next((one for one in _CYCLE_DEFINITION.finditer(code) if any(_list_q_parameters(one[1]))), None)
-    return next((one for one in _CYCLE_CALL.finditer(code) if one[1].upper() in list_parameters()), None)
-
-
-def _list_call_values(call: re.Match[str], code: str) -> Iterator[tuple[str, re.Match[str]]]:
-    """The values of a call of a cycle of Siemens, with the names of their parameters."""
-    names = list_parameters().get(call[1].upper(), ())
-    for name, value in zip(names, VALUE_OF_CALL.finditer(code, call.end()), strict=False):
-        yield name, value
-        if value[2] != ",":
-            return
 
 
 def _list_q_parameters(word: str) -> tuple[tuple[int, ...], dict[int, float]]:

@@ -96,7 +96,11 @@ _CENTRE: Final = dict.fromkeys("XYZ", "centre: {}")
 _AT_TOOL: Final = dict.fromkeys("XYZABCUVW", "moves the zero: the tool is at {} then")
 _DIRECTIONS: Final = dict.fromkeys("IJK", "direction about which coordinates turn")
 #: Letters behind a comma: what the corner to the next move becomes.
-OF_CORNERS: Final[Mapping[str, str]] = {"R": "rounding of the corner, radius {}", "C": "chamfer of the corner, {}"}
+OF_CORNERS: Final[Mapping[str, str]] = {
+    "R": "rounding of the corner, radius {}",
+    "C": "chamfer of the corner, {}",
+    "A": "angle of the line",
+}
 #: Codes with a letter of their own, beside which the motion in force goes on.
 BESIDE_MOTION: Final = ("G41", "G42", "G41.1", "G42.1", "G43.5", "G64", "G96")
 #: Letters that mean one thing beside a code, or while it is the motion in force; {} is their value.

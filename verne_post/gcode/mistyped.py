@@ -300,8 +300,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     item = slip or item
     if item.line is None or item.column is None:
         return item
-    if item.code == "VP001" and dialect in _BLOCKS and (slip := _name_slip_of_mark(source, item, text)) is not None:
-        return slip
+    if item.code == "VP001" and dialect in _BLOCKS and (mark := _name_slip_of_mark(source, item, text)) is not None:
+        return mark
     if (paste := _find_pasted(text, item, dialect)) is not None:
         character, begin = paste
         code = remove_remarks(text, dialect)[begin:]

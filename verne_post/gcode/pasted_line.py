@@ -1,17 +1,21 @@
-"""The words of one line without its program, in every language that can read the whole line: `explain "G1 X10 F500"`.
+"""The reader of a line: its words with columns and values, in each language; explain, hover and cycles use it.
+
+`explain "G1 X10 F500"` shows those of every language that can read the whole line. The front ends compute values while
+they read, and need the program for it; this reader has a line alone.
 
 A value that is computed is not known here: only the program, and the place of the line in it, give it.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from verne_post.base.printable import join_names
 from verne_post.base.program_lines import find_machine_code, remove_remarks
 from verne_post.gcode.apt import words as apt
-from verne_post.gcode.block import KEYWORDS
+from verne_post.gcode.block import KEYWORDS, raise_case
 from verne_post.gcode.codes import RS274, describe_remap
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.klartext.words import WORD as WORD_OF_KLARTEXT
@@ -19,9 +23,9 @@ from verne_post.gcode.known_variables import describe_variable
 from verne_post.gcode.known_words import (
     LANGUAGES,
     PAGES,
-    VALUE_OF_CALL,
-    KnownWord,
+    GivenValue,
     describe_place,
+    describe_values,
     list_meanings,
     list_parameters,
 )
@@ -57,7 +61,8 @@ _OPERAND: Final = (
 _OPERATOR: Final = r"[ \t]*(?:<<|==|<>|<=|>=|[-+*/<>]|(?:B_)?(?:AND|OR|XOR)\b|DIV\b|MOD\b)[ \t]*"
 _SIEMENS_VALUE: Final = rf"{_OPERAND}(?:{_OPERATOR}{_OPERAND})*"
 #: What a name in an expression may be, apart from the functions and operators of the language.
-_NAME: Final = re.compile(r"\"[^\"]*\"|#<[^<>]*>|#\d+|\$?[A-Z_][A-Z_]*\d*\w*")
+_NAME: Final = re.compile(r"\"[^\"]*\"|\$?[A-Z_]\w*")
+_MACRO_NAME: Final = re.compile(r"#<[^<>]*>|#\d+|[A-Z_]+")  # a number may touch an operator: #1EQ9
 _OF_COMPUTED_VALUE: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
 #: How the text of a letter that moves an axis begins.
 _OF_AXES: Final = ("where ", "by how much")
@@ -67,9 +72,24 @@ _MESSAGE: Final = r"\([ \t]*(?:MSG|DEBUG|PRINT|LOG)[ \t]*,[^)]*\)"
 _OF_SKIPPED_BLOCKS: Final = "the block is executed, unless --block-delete is given"
 #: First words of the statements of Klartext in which an axis may stand without a value.
 _WITH_BARE_AXES: Final = ("TOOL", "BLK", "CYCL", "TRANS")
+#: What an O word marks by its keyword, without END.
+_MARKS: Final = {
+    **dict.fromkeys(("DO", "WHILE", "REPEAT", "BREAK", "CONTINUE"), "mark of a loop"),
+    **dict.fromkeys(("IF", "ELSEIF", "ELSE"), "mark of a branch"),
+}
+#: Name of a value that the call of an O word gives.
+ARGUMENT: Final = "argument"
+_OF_SUBPROGRAM: Final = "number or name of the subprogram"
 #: Columns of a card that are read.
 _CARD_COLUMNS: Final = 72
 _CODE: Final = re.compile(r"([GM])[ \t]*0*(\d+(?:\.\d+)?)")
+_IS_NUMBER: Final = re.compile(r"[-+]?[ \t]*[\d.,]+|\"[^\"]*\"|")
+_MODE: Final = re.compile(rf"(AC|IC|DC|ACP|ACN)[ \t]*\([ \t]*({_NUMBER})[ \t]*\)")
+_IS_KNOWN: Final = re.compile(rf"{_IS_NUMBER.pattern}|{_MODE.pattern}")
+#: A value of a call, with what ends it; what stands between its name and the cycle.
+_VALUE_OF_CALL: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
+_OF: Final = " of "
+_MAY_HAVE_VALUES: Final = re.compile(r"\(|\bCYCL[ \t]+DEF\b", re.IGNORECASE)
 
 
 #: What is passed as one word where it is not read.
@@ -93,21 +113,25 @@ def _list_texts(dialect: str) -> Mapping[str, str]:
     return {name: texts[0] for name, texts in list_meanings(dialect).items()}
 
 
-class _Word(NamedTuple):
+class Word(NamedTuple):
+    """A word of a line: where it begins and ends, its name, what it does, and its value, if it has one."""
+
     begin: int
     end: int
+    name: str  #: As tables have it: G1 for G01.
     text: str
+    value: str | None = None
 
 
 class _Reader:
     """A line in one language: the place up to which it is read, and its words."""
 
-    def __init__(self, line: str, dialect: str) -> None:
+    def __init__(self, line: str, dialect: str, remap: Mapping[str, str] = MappingProxyType({})) -> None:
         self.dialect, self.language = dialect, LANGUAGES[dialect]
-        self.code = line.upper().rstrip()
-        self.at, self.words = 0, list[_Word]()
-        self.texts = _list_texts(dialect)
-        self.codes = list[str]()  #: Those of the line, beside which its letters may mean something else.
+        self.code = raise_case(line).rstrip()
+        self.at, self.words = 0, list[Word]()
+        self.texts = {**_list_texts(dialect), **{code: f'"{meaning}", says [remap]' for code, meaning in remap.items()}}
+        self.statement: str | None = None  #: Of Klartext, once its own words have been read.
         self.told_names = set[str]()  #: Variables, functions and operators that need not be told again.
         self.is_doubtful = False  #: A name of the program's own is assumed, which other languages do not need.
         self._pass_blanks()
@@ -128,8 +152,8 @@ class _Reader:
         self._pass_blanks()
         return match
 
-    def add(self, match: re.Match[str], text: str, group: str | int = 0) -> None:
-        self.words.append(_Word(*match.span(group), text))
+    def add(self, match: re.Match[str], text: str, group: str | int = 0, name: str = "") -> None:
+        self.words.append(Word(*match.span(group), name or " ".join(match[group].split()), text))
 
     def take_word(self, pattern: str, text: str) -> bool:
         """Whether that stands here; it is told then."""
@@ -152,7 +176,7 @@ class _Reader:
             if match is not None and (name := " ".join(match[0].split())) in names:
                 self.at = match.end()
                 self._pass_blanks()
-                self.add(match, names[name])
+                self.add(match, names[name], name=name)
                 return True
         return False
 
@@ -161,14 +185,16 @@ class _Reader:
         code = _CODE.fullmatch(match[0])
         name = f"{code[1]}{code[2]}" if code else match[0]
         text = self.texts.get(name) or self.texts.get(name.removesuffix(".0"), "")
-        if not text and name[0] == "G":
+        is_lacking = not text and name[0] == "G"
+        why_refused = "not known, and refused (VP002)"
+        self.add(match, text or (why_refused if is_lacking else f"{why_refused}; {describe_remap(name)}"), name=name)
+        if is_lacking:
             raise self.refuse("a G code that it has", match.start())
-        self.codes.append(name)
-        self.add(match, text or f"not known, and refused (VP002); {describe_remap(name)}")
 
     def name_parts(self, begin: int, end: int) -> None:
         """The variables, functions and operators of an expression; raises :class:`UnreadWord` for what is none."""
-        for match in _NAME.finditer(self.code, begin, end):
+        pattern = _MACRO_NAME if self.dialect in ("rs274", "fanuc") else _NAME
+        for match in pattern.finditer(self.code, begin, end):
             name = match[0]
             is_index = self.code[match.start() - 1] + self.code[match.end() : match.end() + 1] == "[]"
             if name[0] == '"' or (is_index and self.dialect == "siemens"):  # of a system variable: $P_EP[X]
@@ -178,7 +204,7 @@ class _Reader:
                 text = self.texts.get(name, "")
             if not text and self.dialect == "siemens" and name not in ("TRUE", "FALSE", "EX", "PI"):
                 text, self.is_doubtful = "a variable of the program, which DEF declares", True
-            if not text and re.fullmatch(r"[A-Z_]+", name) and self.dialect in ("rs274", "fanuc"):
+            if not text and pattern is _MACRO_NAME and name[0] != "#":
                 raise self.refuse("a variable, a number or a function", match.start())
             if text and name not in self.told_names:
                 self.told_names.add(name)
@@ -195,59 +221,72 @@ class _Reader:
 
     def add_address(self, match: re.Match[str], name: str, value: str, text: str) -> None:
         """A letter or a name with its value."""
-        beside = self._describe_beside(match, name, value)
-        is_number = re.fullmatch(r"[-+]?[ \t]*[\d.,]+|\"[^\"]*\"|", value)
-        mode = re.fullmatch(rf"(AC|IC|DC|ACP|ACN)[ \t]*\([ \t]*({_NUMBER})[ \t]*\)", value)
-        if beside:
-            text = beside
-        elif (is_number or mode) and value and name.removeprefix("I") in "XYZABCUVW" and text.startswith(_OF_AXES):
-            shown_text, end = describe_place(name, mode[2] if mode else value, self.dialect), "; in G91 on by that much"
-            if find_machine_code(self.code, self.dialect):
-                text = f"{shown_text.removesuffix(end)}, in machine coordinates"
-            else:
-                is_step = mode is not None and mode[1] == "IC"
-                text = shown_text.removesuffix(end).replace(" to ", " on by ", is_step) if mode else shown_text
-        elif name == "S" and re.search(r"G[ \t]*0*96(?![\d.])", self.code):
-            text = "speed of the surface, in m/min"
-        elif name in ("F", "S") and text in ("feed rate", "spindle speed"):
-            text = siemens.ADDRESSES[name]
-        elif name in "PQLEKR" and (code := self._find_taking_code(name)) and (name != "R" or code[0] == "M"):
-            text = f"a value of {code}"
-        is_known = is_number or mode or not re.search(r"[A-Z#$]", value)
-        self.add(match, text if is_known else f"{text}{_OF_COMPUTED_VALUE}")
-        if not is_number:
+        is_known = _IS_KNOWN.fullmatch(value) or not re.search(r"[A-Z#$]", value)
+        self.words.append(Word(*match.span(), name, text if is_known else f"{text}{_OF_COMPUTED_VALUE}", value))
+        if not _IS_NUMBER.fullmatch(value):
             self.name_parts(match.end() - len(value), match.end())
 
-    def _find_taking_code(self, letter: str) -> str:
-        """The code of the line whose value a letter is, in RS274/NGC and Fanuc; empty where none is."""
-        tables = {"rs274": RS274, "fanuc": _FANUC}
-        if self.dialect not in tables:
-            return ""
-        table = tables[self.dialect]
-        for one in _CODE.finditer(self.code):
-            number, of_code = float(one[2]), table.words_of_g if one[1] == "G" else table.words_of_m
-            if letter in of_code.get(round(10 * number if one[1] == "G" else number), ""):
-                return f"{one[1]}{one[2]}"
-        return ""
+    def list_words(self) -> list[Word]:
+        """The words in their order; a letter as what it means beside the codes of its line."""
+        words = sorted(self.words)
+        codes = list_codes(words)
+        return [word._replace(text=self._describe(word, words, codes)) if word.value else word for word in words]
 
-    def _describe_beside(self, match: re.Match[str], name: str, value: str) -> str:
-        """What a letter means beside the codes of its line; empty where none tells."""
-        of_codes = OF_LETTERS.get(self.dialect, {})
-        codes = self.codes
-        if self.dialect in ("rs274", "fanuc"):
-            found = [f"{one[1]}{one[2]}" for one in re.finditer(rf"(?<![A-Z_#<]){_CODE.pattern}", self.code)]
-            if self.dialect == "fanuc" and {"G65", "G66"} & set(found):
-                begin = re.search(r"G[ \t]*0*6[56](?![\d.])", self.code)
-                before = self.code[begin.end() if begin else 0 : match.start()]
-                number = number_argument("".join([*re.findall(r"[A-Z](?=[ \t]*[-+#\[\d.])", before), name]))
-                if number and name not in "PLNO":
-                    return f"argument #{number} of the macro"
-            kind = re.search(r"(?<![A-Z])L[ \t]*0*(\d+)", self.code)
-            codes = [f"G10 L{kind[1]}", *found] if "G10" in found and kind else found
-            codes = sorted(codes, key=lambda one: one in BESIDE_MOTION)
-        beside = next((one for one in codes if name in of_codes.get(one, {})), "")
-        value = value.strip().removeprefix("+").rstrip(".")
-        return of_codes[beside][name].format(value) if beside else ""
+    def _describe(self, word: Word, words: Sequence[Word], codes: Sequence[str]) -> str:
+        """What a word with a value does."""
+        name, value, text = word.name, word.value or "", word.text.removesuffix(_OF_COMPUTED_VALUE)
+        tail = word.text.removeprefix(text)  # that it is computed
+        mode = _MODE.fullmatch(value)
+        if beside := find_beside(word, words, codes, self.dialect)[1]:
+            return f"{beside.format(value.strip().removeprefix('+').rstrip('.'))}{tail}"
+        if not tail and name.removeprefix("I") in [*"XYZABCUVW"] and text.startswith(_OF_AXES):
+            shown_text, end = describe_place(name, mode[2] if mode else value, self.dialect), "; in G91 on by that much"
+            if find_machine_code(self.code, self.dialect):
+                return f"{shown_text.removesuffix(end)}, in machine coordinates"
+            is_step = mode is not None and mode[1] == "IC"
+            return shown_text.removesuffix(end).replace(" to ", " on by ", is_step) if mode else shown_text
+        if name == "S" and "G96" in codes:
+            return f"speed of the surface, in m/min{tail}"
+        if name in ("F", "S") and text in ("feed rate", "spindle speed"):
+            return f"{siemens.ADDRESSES[name]}{tail}"
+        if name in [*"PQLEKR"] and (code := _find_taking_code(name, codes, self.dialect)):
+            return word.text if name == "R" and code[0] != "M" else f"a value of {code}{tail}"
+        return word.text
+
+
+def _find_taking_code(letter: str, codes: Sequence[str], dialect: str) -> str:
+    """The code of a line whose value a letter is, in RS274/NGC and Fanuc; empty where none is."""
+    if dialect not in ("rs274", "fanuc"):
+        return ""
+    table = _FANUC if dialect == "fanuc" else RS274
+    for one in codes:
+        if code := _CODE.fullmatch(one):
+            number, of_code = float(code[2]), table.words_of_g if code[1] == "G" else table.words_of_m
+            if letter in of_code.get(round(10 * number if code[1] == "G" else number), ""):
+                return one
+    return ""
+
+
+def list_codes(words: Sequence[Word]) -> list[str]:
+    """The codes of a line, beside which its letters may mean something else, as tables of letters have them."""
+    names = [word.name for word in words]
+    kinds = [f"G10 L{word.value.lstrip('0')}" for word in words if word.name == "L" and word.value]
+    heads = [" ".join(name.split()[:2]) for name in names if " " in name]  # TRANS DATUM AXIS
+    return sorted([*kinds[: "G10" in names], *names, *heads], key=lambda one: one in BESIDE_MOTION)
+
+
+def find_beside(word: Word, words: Sequence[Word], codes: Sequence[str], dialect: str) -> tuple[str, str]:
+    """The code beside which a letter of a line means something else, and what, with {} for its value; empty without."""
+    if word.name[0] == ",":
+        return ",", OF_CORNERS[word.name[1:]]
+    call = next((one for one in words if one.name in ("G65", "G66")), None)
+    if dialect == "fanuc" and call is not None and call.begin < word.begin:
+        letters = [one.name for one in words if call.begin < one.begin <= word.begin and one.value]
+        if number := number_argument("".join(letters)):
+            return call.name, f"argument #{number} of the macro: {{}}"
+    of_codes = OF_LETTERS.get(dialect, {})
+    code = next((one for one in codes if word.name in of_codes.get(one, {})), "")
+    return code, of_codes[code][word.name] if code else ""
 
 
 def describe_pasted(line: str) -> list[str]:
@@ -276,7 +315,7 @@ def describe_pasted(line: str) -> list[str]:
         raise UnreadWord(last.column, last.word, ", ".join(languages), last.expected_words)
     found = dict[tuple[int, int], dict[str, list[str]]]()
     for reader in readers:
-        for word in reader.words:
+        for word in reader.list_words():
             texts = found.setdefault((word.begin, -word.end), {})
             texts.setdefault(word.text, []).append(reader.language)
     lines = list[str]()
@@ -285,12 +324,15 @@ def describe_pasted(line: str) -> list[str]:
     return lines
 
 
-def find_words(line: str, dialect: str, *, is_continued: bool = False) -> list[KnownWord]:
+def find_words(
+    line: str, dialect: str, *, is_continued: bool = False, remap: Mapping[str, str] = MappingProxyType({})
+) -> list[Word]:
     """The words of a line of a program, without remarks, and what each does; what is not read is left out.
 
-    ``is_continued``: the line goes on with a cycle of Klartext that an earlier one begins.
+    ``is_continued``: the line goes on with a cycle of Klartext that an earlier one begins. ``remap`` are codes that a
+    set-up gives a meaning.
     """
-    reader, read = _Reader(remove_remarks(line, dialect), dialect), _READERS[dialect]
+    reader, read = _Reader(remove_remarks(line, dialect), dialect, remap), _READERS[dialect]
     if is_continued:
         read = _read_klartext_words
     while not reader.is_at_end:
@@ -300,14 +342,28 @@ def find_words(line: str, dialect: str, *, is_continued: bool = False) -> list[K
             if reader.at < stop.column:  # else the word has been passed
                 reader.at = stop.column - 1
                 reader.take(_UNREAD)
-            if dialect == "heidenhain" and reader.codes:  # the statement has been read
-                read = partial(_read_klartext_words, statement=reader.codes[-2])
-    return [
-        KnownWord(
-            *word[:2], " ".join(reader.code[word.begin : word.end].split()), word.text.removesuffix(_OF_COMPUTED_VALUE)
-        )
-        for word in sorted(reader.words)
-    ]
+            if dialect == "heidenhain" and reader.statement is not None:
+                read = partial(_read_klartext_words, statement=reader.statement)
+    return [word._replace(text=word.text.removesuffix(_OF_COMPUTED_VALUE)) for word in reader.list_words()]
+
+
+def find_cycle_call(line: str, dialect: str) -> Word | None:
+    """The first call or definition of a cycle that has values in a line."""
+    words = find_words(line, dialect) if _MAY_HAVE_VALUES.search(line) else []  # programs of many lines are searched
+    return next((word for word in words if describe_values(word.name, dialect)), None)
+
+
+def find_given_values(lines: Sequence[str], number: int, dialect: str) -> dict[str, GivenValue]:
+    """The values that the call of a cycle at a 1-based line gives, by their names."""
+    found = dict[str, GivenValue]()
+    for at, line in enumerate(lines[number - 1 :], start=number):
+        for word in find_words(line, dialect, is_continued=at > number):
+            name, is_value, _cycle = word.name.partition(_OF)
+            if word.value and (is_value or (dialect == "heidenhain" and re.fullmatch(r"Q\d+", name))):
+                found[name] = GivenValue(at, word.end - len(word.value), line[word.end - len(word.value) : word.end])
+        if dialect != "heidenhain" or not line.rstrip().endswith("~"):
+            break
+    return found
 
 
 # --- RS274/NGC and Fanuc -------------------------------------------------------------------------
@@ -328,14 +384,18 @@ def _read_macro(r: _Reader) -> None:
             continue
         if match := r.take(rf"(?:O|{':' if is_fanuc else 'O'})[ \t]*(?:<[^<>]*>|\d+|{_MACRO_VARIABLE}|{_BRACKET})"):
             keyword = None if is_fanuc else r.take(rf"(?:{'|'.join(sorted(KEYWORDS, key=len, reverse=True))})(?![A-Z])")
-            r.add(match, "label of this O word" if keyword else letters["O"])
+            text = _MARKS.get(keyword[0].removeprefix("END"), _OF_SUBPROGRAM) if keyword else letters["O"]
+            r.words.append(Word(*match.span(), "mark" if keyword else "O", text, match[0][1:].strip()))
             if keyword is not None:
                 r.add(keyword, OF_EXPRESSIONS[r.language][keyword[0]])
+                text = "condition" if keyword[0] in ("IF", "ELSEIF", "WHILE") else f"value of {keyword[0].lower()}"
+                number = 0
                 while value := r.take(_BRACKET):
-                    r.add(
-                        value,
-                        "condition" if keyword[0] in ("IF", "ELSEIF", "WHILE") else f"value of {keyword[0].lower()}",
-                    )
+                    number += 1
+                    if keyword[0] == "CALL":
+                        r.add(value, f"becomes #{number} of {match[0].strip().lower()}", name=ARGUMENT)
+                    else:
+                        r.add(value, text)
                     r.name_parts(*value.span())
         elif match := r.take(rf"({_MACRO_VARIABLE})[ \t]*=[ \t]*"):
             name = match[1]
@@ -350,7 +410,7 @@ def _read_macro(r: _Reader) -> None:
             if after and not re.compile(after[1]).match(r.code, r.at):
                 raise r.refuse(after[0])
         elif is_fanuc and (match := r.take(rf",[ \t]*([RCA])[ \t]*({_MACRO_VALUE})")):
-            r.add_address(match, match[1], match[2], OF_CORNERS.get(match[1], "angle of the line").format(match[2]))
+            r.add_address(match, f",{match[1]}", match[2], "")
         elif match := r.take(r"[GM][ \t]*\d+(?:\.\d+)?"):
             r.add_code(match)
         elif match := r.take(rf"([GMNA-Z@^])[ \t]*({_MACRO_VALUE})"):
@@ -386,6 +446,9 @@ def _read_siemens(r: _Reader) -> None:
             _read_assignment(r, match)
         elif match := r.take(rf"([$A-Z_][\w$]*)[ \t]*(?=\()({_PARENTHESES})"):
             _read_call(r, match)
+        elif match := r.take(rf"({'|'.join(list_parameters())})[ \t]*(\([^()]*)$"):
+            _read_call(r, match)
+            raise r.refuse("a closing parenthesis")
         elif match := r.take(r"G[ \t]*\d+(?![\w.])|M[ \t]*\d+(?![\w.])|G\d+(?=[A-Z])|M\d+(?=[A-Z])"):
             r.add_code(match)
         elif match := r.take(rf"([A-Z])[ \t]*({_NUMBER})(?!\d)"):
@@ -438,10 +501,11 @@ def _read_call(r: _Reader, match: re.Match[str]) -> None:
             r.add(match, "its values", 2)
             r.name_parts(*match.span(2))
         return
-    for own, value in zip(names, VALUE_OF_CALL.finditer(r.code, match.start(2) + 1), strict=False):
-        if value[1].strip():
-            meaning = siemens.CYCLE_VALUES.get(own, "")
-            r.words.append(_Word(*value.span(1), f"{own} of {name}{': ' * bool(meaning)}{meaning}"))
+    for own, value in zip(names, _VALUE_OF_CALL.finditer(r.code, match.start(2) + 1), strict=False):
+        if shown_value := value[1].rstrip():
+            meaning, begin = siemens.CYCLE_VALUES.get(own, ""), value.start(1)
+            text = f"{own}{_OF}{name}{': ' * bool(meaning)}{meaning}"
+            r.words.append(Word(begin, begin + len(shown_value), f"{own}{_OF}{name}", text, shown_value))
         if value[2] != ",":
             return
     if r.code[match.start(2) + 1 : match.end(2) - 1].count(",") >= len(names):
@@ -456,7 +520,6 @@ def _read_bare(r: _Reader, match: re.Match[str]) -> None:
     if not text or (name in needs_value and name != "M1"):
         raise r.refuse("a word such as X1.5, CR=2 or TRAORI, or a variable such as R1=2", match.start())
     r.add(match, text)
-    r.codes.append(name)
     if name in ("IF", "WHILE", "UNTIL", "CASE"):
         value = r.take(_SIEMENS_VALUE)
         if value is None:
@@ -491,11 +554,14 @@ def _read_bare(r: _Reader, match: re.Match[str]) -> None:
 
 
 def _read_declaration(r: _Reader, name: str) -> None:
+    kinds = {**OF_EXPRESSIONS["Siemens"], "AXIS": "the name of an axis, as a type", "FRAME": "a frame, as a type"}
     if name == "PROC":
         r.take_word(r"[A-Z_]\w*", "the name of the subprogram")
-        r.take_word(_PARENTHESES, "its parameters, each with its type")
+        if values := r.take(_PARENTHESES):
+            r.add(values, "its parameters, each with its type")
+            for kind in re.compile(rf"\b(?:{'|'.join(kinds)})\b").finditer(r.code, *values.span()):
+                r.add(kind, kinds[kind[0]])
         return
-    kinds = {**OF_EXPRESSIONS["Siemens"], "AXIS": "the name of an axis, as a type", "FRAME": "a frame, as a type"}
     if not any(r.take_word(rf"{kind}\b(?:[ \t]*\[\d+\])?", text) for kind, text in kinds.items()):
         raise r.refuse("a type: REAL, INT, BOOL, CHAR, STRING")
     while variable := r.take(rf"([A-Z_]\w*(?:[ \t]*{_BRACKET})?)(?:[ \t]*=[ \t]*(?:{_SIEMENS_VALUE}))?[ \t]*,?"):
@@ -538,12 +604,13 @@ def _read_klartext(r: _Reader) -> None:
             "T" if name == "SEL TABLE" else "P" if name.endswith("PGM") else "L" if name.endswith("LBL") else "D"
         ]
         pattern = r"[^\s;~]+" if name == "CALL PGM" else r"\d+(?:\.\d+)?|QS?\d+"
-        r.take_word(rf"{_TEXT}|{pattern}", what)
+        if value := r.take(rf"{_TEXT}|{pattern}"):
+            r.words[-1:] = [r.words[-1]._replace(value=value[0]), Word(*value.span(), name, what, value[0])]
     elif name == "CYCL DEF":
         _read_cycle(r)
     elif re.fullmatch(r"Q[LRS]?", name):
         _read_formula(r, match)
-    r.codes += [name, " ".join(name.split()[:2])]
+    r.statement = name
     _read_klartext_words(r, name)
 
 
@@ -554,13 +621,18 @@ def _read_klartext_words(r: _Reader, statement: str = "CYCL DEF") -> None:
         _read_klartext_word(r, statement)
 
 
+@cache
+def _list_statements() -> list[str]:
+    """The keywords of statements, the longest first."""
+    firsts = {name.split()[0] for name in klartext.STATEMENTS if " " in name} | {"PLANE", "FUNCTION", "TRANS"}
+    phrases = {name for name in _list_texts("heidenhain") if " " in name and name.split()[0] in firsts}
+    phrases = {name for name in phrases if not re.fullmatch(r"CYCL DEF \d+", name)}
+    return sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
+
+
 def _take_statement(r: _Reader) -> re.Match[str] | None:
     """The keyword of a statement, which is told; M, F, S and compensation are words, and stay."""
-    firsts = {name.split()[0] for name in klartext.STATEMENTS if " " in name} | {"PLANE", "FUNCTION", "TRANS"}
-    phrases = {name for name in r.texts if " " in name and name.split()[0] in firsts}
-    phrases = {name for name in phrases if not re.fullmatch(r"CYCL DEF \d+", name)}
-    names = sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
-    for name in names:
+    for name in _list_statements():
         pattern = r"[ \t]+".join(map(re.escape, name.split()))
         if name in ("M", "F", "S", "R0", "RL", "RR"):
             if re.compile(rf"{name}[ \t]*[\d.,QMAU]" if len(name) == 1 else rf"{name}(?!\w)").match(r.code, r.at):
@@ -585,7 +657,7 @@ def _read_fn(r: _Reader) -> None:
     if match is None or name not in r.texts:
         raise r.refuse("the number of a function of FN, and a colon")
     begin = r.code.rindex("FN", 0, match.start())
-    r.words.append(_Word(begin, match.end(1), r.texts[name]))
+    r.words.append(Word(begin, match.end(1), name, r.texts[name]))
     if int(match[1]) > 13:
         r.take_word(r"[^;]+", "what it is about")
         return
@@ -602,7 +674,7 @@ def _read_formula(r: _Reader, keyword: re.Match[str]) -> None:
     name = f"{keyword[0]}{match[1]}"
     of_cycles = klartext.describe_parameter(int(match[1])) if keyword[0] == "Q" else ""
     text = f"sets {name}: {r.describe_variable(name)}{f'; in cycles: {of_cycles}' * bool(of_cycles)}"
-    r.words.append(_Word(keyword.start(), match.end(1), text))
+    r.words.append(Word(keyword.start(), match.end(1), name, text))
     while not r.is_at_end and r.code[r.at] not in ";~":
         if variable := r.take(r"Q[LRS]?\d+"):
             r.add(variable, r.describe_variable(variable[0]))
@@ -616,8 +688,7 @@ def _read_cycle(r: _Reader) -> None:
     if match is None or name not in r.texts:
         raise r.refuse("the number of a cycle that it has")
     begin = r.code.rindex("CYCL", 0, match.start())
-    r.words.append(_Word(begin, match.end(), r.texts[name]))
-    r.codes.append(name)
+    r.words.append(Word(begin, match.end(), name, r.texts[name]))
     if not re.compile(r"(?:ROT|SCL|F|V\.?ZEIT|DWELL)[ \t]*[-+\d]|[TPR]?I?[A-Z]?[ \t]*[-+\d#]|Q\d").match(r.code, r.at):
         r.take_word(
             r"(?![XYZ](?!\w))[A-Z][^\d~;=#]*?(?=[ \t]*(?:~|;|$)|[ \t]+(?:Q\d|[XYZABC][-+\d]))",
@@ -629,10 +700,11 @@ def _read_klartext_word(r: _Reader, statement: str) -> None:
     first = statement.partition(" ")[0]
     own = WORDS_OF_STATEMENTS.get(first, {})
     names = "|".join(map(re.escape, sorted(own, key=len, reverse=True)))
-    if match := r.take(rf"(Q\d+)[ \t]*=[ \t]*(FMAX|FAUTO|PREDEF|{_KLARTEXT_NUMBER})"):
+    if match := r.take(rf"(Q\d+)[ \t]*=[ \t]*(F?(?:MAX|AUTO)|PREDEF|{_KLARTEXT_NUMBER})"):
         meaning = klartext.describe_parameter(int(match[1][1:])) or "a value of the cycle"
-        is_number = re.fullmatch(r"[-+ \d.,]+|F\w+|PREDEF", match[2])
-        r.add(match, meaning if is_number else f"{meaning}{_OF_COMPUTED_VALUE}")
+        is_number = re.fullmatch(r"[-+ \d.,]+|[A-Z]+", match[2])
+        text = meaning if is_number else f"{meaning}{_OF_COMPUTED_VALUE}"
+        r.words.append(Word(*match.span(), match[1], text, match[2]))
     elif re.compile(r"F[ \t]*(?:MAX|AUTO)(?![A-Z])").match(r.code, r.at):
         match = r.take(r"F[ \t]*(MAX|AUTO)")
         assert match is not None
@@ -664,7 +736,7 @@ def _add_klartext_word(r: _Reader, match: re.Match[str], statement: str) -> None
     elif match["name"]:
         name, value = match["name"], match["value"]
         text = LETTERS_OF_KLARTEXT.get(name) or OF_NAMES["Klartext"].get(name, "") or r.texts.get(name, "")
-        last = r.codes[-1] if r.codes else ""
+        last = next((one.name for one in reversed(r.words) if _CODE.fullmatch(one.name)), "")
         if name == "F" and statement == "TOOL CALL":
             text = "feed rate in mm/min, from here on and of F AUTO"
         elif name == "F":

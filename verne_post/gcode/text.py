@@ -36,6 +36,10 @@ _ZERO_LINE: Final = re.compile(
 _CALL: Final = re.compile(rb"^[^(;\n]*\bCALL\b", re.MULTILINE | re.IGNORECASE)
 
 
+#: A line up to its semicolon outside texts.
+_BEFORE_REMARK: Final = re.compile(r'(?:[^";]|"[^"]*(?:"|$))*+')
+
+
 class Language:
     """What a text must know of its language; the defaults are for words of RS274/NGC with nothing before them."""
 
@@ -253,15 +257,7 @@ class ProgramText(ChunkedText):
 
 def take_code(line: str) -> str:
     """A line without its comment; a semicolon inside a text begins none."""
-    if ";" not in line:
-        return line
-    in_quotes = False
-    for at, character in enumerate(line):
-        if character == '"':
-            in_quotes = not in_quotes
-        elif character == ";" and not in_quotes:
-            return line[:at]
-    return line
+    return _BEFORE_REMARK.match(line)[0] if ";" in line else line  # type: ignore[index]
 
 
 def decode_line(raw: bytes) -> str:

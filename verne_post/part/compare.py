@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.rows import find_row_max, measure_rows, sum_rows
 from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import Wanted
 from verne_post.part.bound import find_clear, find_limit
@@ -80,17 +81,18 @@ class Cells(Struct, frozen=True, eq=False):
     def find_circles(self) -> tuple[Array, Array]:
         """Middle (n, 3) and radius (n,) of the least circle about each."""
         side = np.stack([self.corner[:, (k + 2) % 3] - self.corner[:, (k + 1) % 3] for k in range(3)], axis=1)
-        square = (side * side).sum(2)
+        square = sum_rows(side * side)
         longest = square.argmax(axis=1)
         row = np.arange(len(self.corner))
         ends = self.corner[row, (longest + 1) % 3], self.corner[row, (longest + 2) % 3]
         middle = 0.5 * (ends[0] + ends[1])
-        acute = np.flatnonzero(square.sum(1) > 2 * square[row, longest])
-        weight = (square * (square.sum(1, keepdims=True) - 2 * square))[acute]
-        weight /= weight.sum(1, keepdims=True)
+        total = sum_rows(square)
+        acute = np.flatnonzero(total > 2 * square[row, longest])
+        weight = (square * (total[:, None] - 2 * square))[acute]
+        weight /= sum_rows(weight)[:, None]
         middle[acute] = (weight[:, :, None] * self.corner[acute]).sum(1)
         # the largest of three equal distances: rounding only
-        return middle, np.linalg.norm(self.corner - middle[:, None], axis=2).max(axis=1)
+        return middle, find_row_max(measure_rows(self.corner - middle[:, None]))
 
 
 class Gouges(Struct, frozen=True, eq=False):

@@ -121,18 +121,22 @@ def choose_poses(
     weight = np.einsum("nkp,nkq->pq", seen, seen) / len(seen)
     covariance = np.eye(weight.shape[0])
     chosen: list[int] = []
+    gains = _Gains(design, covariance, weight)
     while len(chosen) < count:
-        best = _find_best_candidate(design, covariance, weight, chosen)
-        chosen.append(best)
-        covariance = _update_covariance(covariance, design[best])
+        chosen.append(gains.find_best(chosen))
+        gains.update(covariance, design[chosen[-1]], 1)
+        covariance = _update_covariance(covariance, design[chosen[-1]])
     error = float(np.einsum("pq,pq->", weight, covariance))
     for _ in range(ROUNDS):
         before = error
+        gains = _Gains(design, covariance, weight)  # afresh: rounding adds up in what is updated
         for place in range(count):
+            gains.update(covariance, design[chosen[place]], -1)
             rest = [other for k, other in enumerate(chosen) if k != place]
             rows = design[rest].reshape(-1, weight.shape[0])
             without = np.asarray(np.linalg.inv(np.eye(weight.shape[0]) + rows.T @ rows), dtype=np.float64)
-            chosen[place] = _find_best_candidate(design, without, weight, rest)
+            chosen[place] = gains.find_best(rest)
+            gains.update(without, design[chosen[place]], 1)
             covariance = _update_covariance(without, design[chosen[place]])
         error = float(np.einsum("pq,pq->", weight, covariance))
         if error > (1.0 - GAIN) * before:
@@ -140,15 +144,43 @@ def choose_poses(
     return chosen, np.sqrt(np.einsum("nkp,pq,nkq->n", seen, covariance, seen))
 
 
-def _find_best_candidate(design: Array, covariance: Array, weight: Array, chosen: list[int]) -> int:
-    """The candidate whose reading takes most away from the mean square error."""
-    flat = design.reshape(-1, len(covariance)) @ covariance  # (3n, p): one product in place of n small ones
-    moved, weighed = flat.reshape(design.shape), (flat @ weight).reshape(design.shape)
-    spread = np.einsum("nip,njp->nij", moved, design) + np.eye(design.shape[1])
-    gained = np.einsum("nip,njp->nij", weighed, moved)
-    gain = np.trace(np.linalg.solve(spread, gained), axis1=1, axis2=2)
-    gain[chosen] = -np.inf
-    return int(np.argmax(gain))
+class _Gains:
+    """What a reading of each candidate would take away from the mean square error.
+
+    A reading that comes or goes changes the covariance by a product of three columns: to follow it takes a tenth of the
+    time of all products with the new covariance.
+
+    Parameters
+    ----------
+    design : ndarray, shape (n, 3, p)
+    covariance, weight : ndarray, shape (p, p)
+    """
+
+    def __init__(self, design: Array, covariance: Array, weight: Array) -> None:
+        self.flat, self.weight = design.reshape(-1, len(weight)), weight  # one product in place of n small ones
+        moved = self.flat @ covariance
+        weighed = (moved @ weight).reshape(design.shape)
+        moved = moved.reshape(design.shape)
+        self.known = np.einsum("nip,njp->nij", moved, design)  #: (n, 3, 3): Covariance of each reading.
+        self.gained = np.einsum("nip,njp->nij", weighed, moved)  #: (n, 3, 3): The same by what the weight counts of it.
+
+    def find_best(self, chosen: list[int]) -> int:
+        """The candidate whose reading takes most away, but for those that are chosen."""
+        gain = np.trace(np.linalg.solve(self.known + np.eye(3), self.gained), axis1=1, axis2=2)
+        gain[chosen] = -np.inf
+        return int(np.argmax(gain))
+
+    def update(self, covariance: Array, rows: Array, sign: int) -> None:
+        """Add a reading of derivatives (3, p) to those that led to a covariance; with a ``sign`` of -1 take it away."""
+        moved = covariance @ rows.T
+        inverse = np.linalg.inv(sign * np.eye(len(rows)) + rows @ moved)
+        weighed = self.weight @ moved
+        seen = (self.flat @ moved).reshape(self.known.shape)
+        crossed = (self.flat @ (covariance @ weighed)).reshape(self.known.shape)
+        share = seen @ inverse
+        lost = share @ crossed.transpose(0, 2, 1)
+        self.known -= share @ seen.transpose(0, 2, 1)
+        self.gained += share @ (moved.T @ weighed) @ share.transpose(0, 2, 1) - lost - lost.transpose(0, 2, 1)
 
 
 def _update_covariance(covariance: Array, rows: Array) -> Array:

@@ -27,7 +27,7 @@ from verne_post.base.stopping import stop_by
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
-from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_address, find_variable
+from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_variable
 from verne_post.cli.lsp.callers import Callers, add_call, is_subprogram, may_be_called
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import split_lines
@@ -36,8 +36,9 @@ from verne_post.cli.programs import is_setup
 from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import describe_values, find_cycle_value, find_given_values, find_words_of, name_axes
+from verne_post.gcode.known_words import describe_values, name_axes
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.pasted_line import ARGUMENT, find_given_values, find_words
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
@@ -54,7 +55,6 @@ _O_OF_FLOW: Final = re.compile(
     r"(DO|(?:END)?WHILE|(?:END)?REPEAT|BREAK|CONTINUE|(?:ELSE|END)?IF|ELSE)\b",
     re.IGNORECASE,
 )
-_O_CALL: Final = re.compile(r"[ \t/]*(?:N\d+[ \t]*)?(O[ \t]*(?:<[^<>]+>|\d+))[ \t]*CALL\b", re.IGNORECASE)
 _CALL: Final = re.compile(r"([A-Za-z_]\w*)[ \t]*\(([^()]*)\)")
 #: What ends a check: something is wrong in a file, or with what the server was started with.
 _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
@@ -271,11 +271,12 @@ class Inspector:
         only_cause: bool,
         tell: Tell | None,
     ) -> Inspection:
-        """What a program comes to; that of the last legal ones is known."""
+        """What a program comes to; that of the last legal ones is known, and how their motion is planned."""
         for *known, made in self._legal:
             if known[1] is machine and known[0] == source and known[2] == options:
                 return made
-        made = check_and_keep(source, machine, options, report, only_cause=only_cause, tell=tell)
+        planned = [made.plan for *_known, made in self._legal if made.plan is not None]
+        made = check_and_keep(source, machine, options, report, only_cause=only_cause, tell=tell, planned=planned)
         if made.plan is not None and isinstance(source, bytes):  # a long text is no bytes
             self._legal = [(source, machine, options, made), *self._legal[: KEPT - 1]]
         return made
@@ -364,32 +365,36 @@ class Inspector:
 
         That is time, feed and pose; of a line without motion, or of a refused program, what is in force after it.
         """
-        text = split_lines(found.text)[line - 1]
+        lines = split_lines(found.text)
+        text = lines[line - 1]
         dialect = self.find_dialect(found.path, found.text) if found.options is None else found.options.dialect
         dialect = choose_dialect_name(dialect, found.text.encode(), found.path.name)
-        shown, address = _look_at(found, line), find_address(text, column, dialect)
+        is_continued = dialect == "heidenhain" and line > 1 and lines[line - 2].rstrip().endswith("~")
+        remap = {} if found.options is None else found.options.remap
+        words = find_words(text, dialect, is_continued=is_continued, remap=remap)
+        here = [one for one in words if one.begin <= column < one.end]
+        address = next((one for one in here if one.value), None)
+        shown = _look_at(found, line)
         variable = find_variable(text, column, dialect)
         needs_state = shown is None or address is not None or variable
         state = self._find_state(found, line, text) if needs_state else None
         place = None if shown is None else Place.find(shown)
-        # what a line with an error comes to is not known: the state is that before it
+        # what a line with an error comes to is not known: the state is that before it, and places are not shown
         is_wrong = any(
             one.severity == "error" and one.line == line and is_about_text(one.code) for one in found.findings
         )
-        reached = None if is_wrong and found.made.program is None else state
-        context = (dialect, text, reached, place, found.machine, found.options)
+        machine = None if is_wrong and found.made.program is None else found.machine
+        context = (dialect, words, state, place, machine, found.options)
         about = "" if address is None else describe_address(address, *context)
         own = {one.key for one in self.make_outline(found).list_variables()} if dialect == "siemens" else set()
         is_own = variable.lower() in own  # DEF INT I: no centre of an arc
         if address is not None and address.name.lower() in own:
             about = ""
-        if address is not None and address.name == "O" and (flow := _O_OF_FLOW.match(text)):
-            about = f"mark of {'a branch' if flow[1].upper().endswith(('IF', 'ELSE')) else 'a loop'}"
         said = []
         passes = f", in the first of {shown.describe_passes()}" if shown is not None and shown.is_repeated else ""
         if state is not None and (passes.endswith("several passes") or (shown is None and (variable or about))):
             passes = self._describe_executions(found, line) or passes
-        is_name = address is not None and about and column < address.value_begin
+        is_name = address is not None and about and column < address.end - len(address.value or "")
         of_variable = describe_variable(variable, state, dialect, text) if variable and not is_name else ""
         if of_variable or is_own:
             of_variable = of_variable or "variable; no value is known after this line"
@@ -399,17 +404,15 @@ class Inspector:
             if address.name == "F" and plan is not None and (feed := describe_feed(plan, line)):
                 about += f"; {feed}"
             said.append(f"**{text[address.begin : address.end]}**: {about}{passes}")
-        if not said:
-            value = find_cycle_value(text, column) if dialect == "siemens" else None
-            words = find_words_of(text, dialect) if value is None else [value]
-            here = [word for word in words if word.begin <= column < word.end]
-            given = find_given_values(split_lines(found.text), line, column, dialect) if value is None else {}
+        argument = self._describe_argument(found, line, column) if dialect == "siemens" else ""
+        for word in (one for one in here if one.name == ARGUMENT):
+            argument = f"**{text[word.begin : word.end]}**: {word.text}"
+        if not said and not (argument and here[1:] == []):
+            given = find_given_values(lines, line, dialect)
             values = [f"- {one}" for word in here for one in describe_values(word.name, dialect, given)]
-            said = [f"**{word.name}**: {word.text}" for word in here] + ["\n".join(values)] * bool(values)
-        if dialect == "siemens" and (argument := self._describe_argument(found, line, column)):
-            said.append(argument)
-        if dialect == "rs274" and (argument := _describe_bracket(text, column)):
-            said.append(argument)
+            said = [f"**{text[word.begin : word.end]}**: {word.text}" for word in here[-1:]]
+            said += ["\n".join(values)] * bool(values)
+        said += [argument] * bool(argument)
         if there := self._describe_definition(found, line, column):
             said.append(there)
         in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
@@ -475,20 +478,6 @@ class Inspector:
             return find_state_if_executed(found.source, program, line)
         except InputError:
             return None
-
-
-def _describe_bracket(text: str, column: int) -> str:
-    """Which parameter of its subprogram a value of a call by an O word becomes; empty elsewhere."""
-    call, depth, number, begin = _O_CALL.match(remove_remarks(text)), 0, 0, 0
-    for at in range(call.end() if call else len(text), len(text)):
-        if text[at] == "[":
-            begin, number = (at, number + 1) if not depth else (begin, number)
-            depth += 1
-        elif text[at] == "]":
-            depth -= 1
-            if not depth and call is not None and begin <= column <= at:
-                return f"**{text[begin : at + 1]}**: becomes #{number} of {call[1]}"
-    return ""
 
 
 def _look_at(found: Inspected, line: int) -> Line | None:
