@@ -435,6 +435,23 @@ def test_an_empty_folder_is_told_in_every_report(
     assert Path("in/p0.nc").read_bytes() == before
 
 
+def test_an_empty_folder_does_not_stop_the_programs_beside_it(folder: Path, run: Callable[..., Any]) -> None:
+    """A job that names a folder before it is filled still tells of all the others, and has the gravest status."""
+    Path("empty").mkdir()
+    lacking = (
+        "empty: VP022 error: is a folder without programs; looked for .nc, ",
+        "none*.nc: VP022 error: no such file",
+    )
+    checked = run("check", "empty", "none*.nc", "in/p0.nc", *PLACE)
+    batch = run("batch", "empty", "none*.nc", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
+    assert all(text in checked.out and text in batch.err for text in lacking)
+    assert "in/p0.nc: can run on VERNE" in checked.out
+    assert "3 programs: 1 can run, 1 refused, 1 not read" in checked.out
+    assert Path("out/p0.csv").exists()
+    assert checked.code == batch.code == 2
+    assert "empty: VP022 error: is a folder without programs" in run("convert", "empty", *PLACE).err
+
+
 @pytest.mark.parametrize(
     ("code", "word"),
     [

@@ -155,7 +155,11 @@ def test_an_offset_still_to_be_measured_is_refused_as_a_length_is(
 @pytest.mark.parametrize("name", ["p.nc", "p.h", "p.mpf", "p.cls"])
 @pytest.mark.parametrize(
     ("source", "told"),
-    [("hello world\nthis is no program\n", "VP032 error"), (" \n", "1: VP032 error: the file is empty")],
+    [
+        ("hello world\nthis is no program\n", "VP032 error"),
+        (" \n", "1: VP032 error: the file has nothing but blank lines"),
+        ("", "1: VP032 error: the file is empty"),
+    ],
 )
 def test_no_set_up_is_written_for_what_is_no_program(
     run: Run, tmp_path: Path, name: str, source: str, told: str
@@ -429,6 +433,30 @@ def test_tools_of_a_table_that_are_not_called_are_left_out(run: Run, tmp_path: P
     assert tomllib.loads(told.out)["tools"] == {"5": {"length": 50, "diameter": 8}}
     assert "# tools that are given and not called are left out: 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 13 and" in told.out
     assert "nothing is missing" in told.err
+
+
+@pytest.mark.parametrize(("length", "asked"), [("90", ""), ('"measure"', "to be filled in: the length of tool CUTTER")])
+def test_a_tool_by_name_keeps_its_number(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, length: str, asked: str
+) -> None:
+    """The number is what T3 calls and what the events of the rows have; one tool is asked for once."""
+    monkeypatch.chdir(tmp_path)
+    Path("verne-post.toml").write_text(
+        f'[setup."*"]\nwcs = {{G54 = [0, 0, 60]}}\n[setup."*".tools.CUTTER]\nnumber = 3\nlength = {length}\n'
+    )
+    moves = "G0 X0 Y0 Z50 D1\nG1 Z40 F500\n"
+    for call in ('T="CUTTER" M6', "T3 M6", f'T="CUTTER" M6\n{moves}T3 M6'):
+        Path("part.mpf").write_text(f"G90 G54 G17 G71\n{call}\nS8000 M3\nTRAORI\n{moves}M30\n")
+        told = run("setup", "part.mpf")
+        written = length.strip('"')
+        expected = {"CUTTER": {"number": 3, "length": float(written) if written.isdecimal() else written}}
+        assert tomllib.loads(Path("part.mpf.toml").read_text())["tools"] == expected
+        assert (asked or "nothing is missing") in told.err
+        assert "tools CUTTER" not in told.err
+        checked = run("check", "part.mpf")
+        assert "VP503" not in checked.out
+        assert ("tool 3" in checked.out) or asked
+        Path("part.mpf.toml").unlink()
 
 
 def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Path) -> None:

@@ -115,6 +115,14 @@ def test_files_that_are_of_another_kind_or_program_are_sent_where_they_belong(ma
         ("check part.nc --settings chain.toml", "this is a machine file, not a settings file; give it with --machine"),
         ("check part.nc --settings u.toml", "this is a set-up, not a settings file; give it with --setup"),
         ("check part.nc --tool-table u.toml", "either: this is a set-up, not a tool table; give"),
+        ("check part.nc --tool-table l.csv", "either: this is a file of tool lengths, not a tool table; give"),
+        ("check part.nc --tool-lengths part.nc", "this is a program, not a file of tool lengths; give it first"),
+        ("check part.nc --tool-lengths k.h", "this is a program, not a file of tool lengths; give it first"),
+        ("check part.nc --tool-lengths t.tbl", "this is a tool table, not a file of tool lengths; give it with"),
+        ("check part.nc --tool-lengths rows.csv", "this is a setpoint file, not a file of tool lengths; verify and"),
+        ("check part.nc --measured-offset l.csv", "this is a file of tool lengths, not a file of work offsets; give"),
+        ("check part.nc --measured-offset part.nc", "this is a program, not a file of work offsets; give it first"),
+        ("check part.nc --parameters part.nc", "no other line has one either: this is a program, not a parameter"),
         ("check part.nc --setup stl.toml", "it is no STL file: this is a program, not an STL model; give it first"),
     ],
 )
@@ -123,6 +131,10 @@ def test_a_file_in_the_place_of_another_kind_is_named(make_program: Any, run: An
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     Path("a.stl").write_text(f"solid a\n{facet}endsolid a\n")
     Path("s.toml").write_text('machine = "verne"\n')
+    Path("k.h").write_text("0 BEGIN PGM A MM\n1 END PGM A MM\n")
+    Path("t.tbl").write_text("; tools\nT1 P1 Z80\n")
+    Path("l.csv").write_text("tool,length_mm\n1,80\n")
+    Path("rows.csv").write_text("t_s,rho1_mm\n0,1\n")
     Path("u.toml").write_text(SETUP)
     Path("stl.toml").write_text(f'{SETUP}\n[keep_out.vise]\nfile = "part.nc"\n')
     Path("chain.toml").write_text(run("machine", "show", "ac_trunnion").out, encoding="utf-8")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import assert_same_moves
+from verne_post import check
 from verne_post.app.assemble import view_moves_plainly
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -89,3 +90,32 @@ def test_stretches_are_executed_as_arrays(stretches):
     points = [f"GOTO/{number},0,5,0,0.6,0.8" for number in range(40)]
     view("\n".join(["FEDRAT/9", "MULTAX/ON", *points, "RAPID", *points, "FINI"]))
     assert stretches == [39, 38]  # the first, and after RAPID the second, set the modes
+
+
+@pytest.mark.parametrize(
+    ("written", "meant", "place"),
+    [
+        ("SPINDL/RPM,900,CWL", "CLW", (2, 16)),
+        ("FEDRAT/MMPN,250", "MMPM", (2, 8)),
+        ("LOADTL/3,LENGHT,80", "LENGTH", (2, 10)),
+        ("CYCLE/DRILL,DEPHT,5,MMPM,100,CLEAR,2", "DEPTH", (2, 13)),
+        ("GOTO/20.0,0.0-2.0", "0.0,-2.0", (2, 11)),
+        ("GOTO 20,0,5", "GOTO/20,0,5", (2, 1)),
+        ("PARTN BLADE", "PARTNO", (2, 1)),
+    ],
+)
+def test_a_slip_in_a_statement_names_what_is_meant(written: str, meant: str, place: tuple[int, int]) -> None:
+    source = f"PARTNO A\n{written}\nFINI\n".encode()
+    options = Options(dialect="aptcl", tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    (item,) = [one for one in check(source, "verne", options).findings if one.severity == "error"]
+    assert (item.line, item.column) == place
+    assert item.message.endswith(f"did you mean {meant}?")
+
+
+def test_an_arc_that_is_refused_is_told_once() -> None:
+    """The points and the rapid behind it were errors of the arc too."""
+    arc = "CIRCLE/20,12,0,0,0,1,10\nGOTO/30,10,0\nGOTO/30,20,0\nRAPID\nGOTO/30,20,50\nEND-OF-PATH\nFINI\n"
+    source = f"PARTNO A\nRAPID\nGOTO/20,0,0\nFEDRAT/500,MMPM\n{arc}".encode()
+    options = Options(dialect="aptcl", tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    found = [one for one in check(source, "verne", options).findings if one.severity == "error"]
+    assert [(one.code, one.line) for one in found] == [("VP008", 6)]

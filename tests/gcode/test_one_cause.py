@@ -1478,3 +1478,18 @@ def test_a_length_for_all_tools_gives_no_tool_the_diameter_of_another(machine, t
     (error,) = (one for one in findings if one.severity == "error")
     assert (error.code, error.line) == ("VP012", 7)
     assert error.message.startswith("D1: tool 3 is in the spindle, and the set-up gives it no diameter; ")
+
+
+@pytest.mark.parametrize(
+    ("source", "kept"),
+    [
+        ("%\nO1\nG90 G54 G21\nG0 X0. Y0.\nG1 X1O. Y9. Z-1. F500\nY20\nM30\n%\n", {("VP038", 6)}),
+        ("G90 G54 G17\nG0 X0 Y0\nG1 X1O Y9 Z-1 F500\nTRAORI\nG1 A3=1 X5\nM30\n", {("VP044", 5)}),
+        ("G90 G54 G17\nTRAORI\nG0 X0 Y0\nS8000 M4\nG1 X1O Y9 Z-1 F500\nM30\n", set()),
+    ],
+)
+def test_an_error_in_the_first_lines_hides_no_warning_about_the_text(source: str, kept: set[tuple[str, int]]) -> None:
+    """Where the program starts is not known then; what later words lack is seen all the same."""
+    found = check(source.encode(), "verne", Options(tool_length=80.0, wcs={"G54": (0, 0, 60)})).findings
+    assert {(item.code, item.line) for item in found if item.severity == "warning"} == kept
+    assert [item.code for item in found if item.severity == "error"] == ["VP001"]

@@ -225,10 +225,23 @@ def test_line_ends_blanks_and_case_mean_nothing(view, change):
     assert same(view(change(PROGRAM)), view(PROGRAM))
 
 
-@pytest.mark.parametrize("source", ["", "\n", " \n\n\t\r\n"])
-def test_a_text_of_blanks_is_told_as_empty(view, source):
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [("", "the file is empty"), *((text, "the file has nothing but blank lines") for text in ("\n", " \n\n\t\r\n"))],
+)
+def test_a_text_of_blanks_is_told_as_such(view, source, said):
     _moves, (item,) = view(source)
-    assert (item.code, item.line, item.message) == ("VP032", 1, "the file is empty")
+    assert (item.code, item.line, item.message) == ("VP032", 1, said)
+
+
+@pytest.mark.parametrize("line", ["G1 X20 Q", "G1 X", "G1 X[1+", "G1 X1 Y(no value) Z", "G1 X1 F "])
+def test_columns_are_the_same_with_both_ends_of_lines(view, line):
+    """The carriage return is no column: the end of the line stood one further right."""
+    (_moves, unix), (_moves, windows) = (view(f"G21{end}{line}{end}M2{end}") for end in ("\n", "\r\n"))
+    assert [(item.line, item.column, item.message) for item in windows] == [
+        (item.line, item.column, item.message) for item in unix
+    ]
+    assert any(item.column is not None for item in unix)
 
 
 @pytest.mark.parametrize(("source", "line"), [("G0 X1", 1), ("G0 X1\n", 1), ("(c)\nG0 X1\n", 2)])

@@ -219,3 +219,20 @@ def test_a_z_too_deep_for_fixture_and_table_is_one_cause():
     )
     other = Remedy("X 5 in place of 9", "5", line=6, word=("X", 9.0))
     assert len(find_causes([table, replace(vise, edits=(other,))])) == 2
+
+
+def test_a_lost_point_and_what_it_leads_to_are_one_cause() -> None:
+    """Other words without a point, in other lines or many of them, are a question of their own."""
+    text = "{} has no decimal point, and words of line 6 have one: it is read as 1050 mm; write the point"
+    bare = make_finding("VP038", text.format("Y1050"), line=10, last_line=10, worst_line=10)
+    reach = make_finding("VP110", "out of reach", line=10, last_line=12, worst_line=10)
+    arc = make_finding("VP008", "radius 5 mm at the start (X20 Y1050), 9 mm at the end", line=11, last_line=11)
+    other_arc = make_finding("VP008", "radius 5 mm at the start (X20 Y105), 9 mm at the end", line=11, last_line=11)
+    many = make_finding("VP038", text.format("3 words (Y1050 first; lines 10 to 13)"), line=10, last_line=10)
+    assert name_groups([bare, reach]) == name_groups([bare, arc]) == [[1, 0]]
+    (cause,) = find_causes([bare, reach])
+    assert cause.first.code == "VP110"
+    assert cause.describe_others() == "VP038 (Y1050 has no decimal point, and words of line 6 have one) in line 10"
+    for apart in ([bare, other_arc], [many, reach], [bare, replace(reach, line=11, worst_line=11)]):
+        assert name_groups(apart) == [[0], [1]]
+    assert name_groups([bare, replace(reach, severity="warning", code="VP202")]) == [[0], [1]]

@@ -70,7 +70,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         With what is known already: tools, work offsets, meanings of codes.
     """
     tools = {str(number): _read_sizes(tool) for number, tool in (options.tools or {}).items()}
-    names = {number: name for name, number in _find_numbers(options).items()}
+    names = {number: name for name, number in list_tool_numbers(options).items()}
     tools = {names.get(int(number), number): sizes for number, sizes in tools.items()}
     wcs: dict[str, WorkOffset | None] = {name_system(system): place for system, place in options.wcs.items()}
     codes: dict[str, str | None] = dict(options.remap)
@@ -84,6 +84,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     split = options.split_at_stops or SPLIT_KEY in keys
     for kind, name, *what in (key for key in keys if key not in (SPLIT_KEY, TAPPING_KEY)):
         if kind == "tools":
+            name = names.get(int(name), name) if name.isdecimal() else name
             length, diameter = tools.get(name, UNKNOWN)
             tools[name] = (length, None) if what == ["diameter"] else (None, diameter)
         else:
@@ -116,7 +117,7 @@ def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraf
         return draft
     keys = {("tools", name) for name in needed.tools} | {("wcs", name) for name in needed.wcs}
     keys |= {("remap", code) for code in needed.codes}
-    names = {number: name for name, number in _find_numbers(options).items()}
+    names = {number: name for name, number in list_tool_numbers(options).items()}
     moves = draft.moves
     for change, number in list_tool_changes(moves.events):
         called = str(number), names.get(number), change.data.get("name")
@@ -130,7 +131,7 @@ def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
     return None if tool.unmeasured else tool.offset[2], tool.diameter
 
 
-def _find_numbers(options: Options) -> dict[str, int]:
+def list_tool_numbers(options: Options) -> dict[str, int]:
     """Names of tools -> their numbers, whatever the control."""
     return {name: number for keys in options.control.values() for name, number in keys.get("tools", {}).items()}
 
@@ -163,7 +164,7 @@ def _assume(
     """Options with stand-ins for what keys of a set-up would say; ``sizes_mm`` are those of tools."""
     tools = dict(options.tools or {})
     names: dict[str, int] = {}
-    known = _find_numbers(options)
+    known = list_tool_numbers(options)
     for name, what in (key[1:] for key in keys if key[0] == "tools"):
         number = int(name) if name.isdecimal() else known.get(name, 0)
         number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))

@@ -8,7 +8,20 @@ from typing import Final
 _LOOKED_AT: Final = 1 << 20
 _STL_HEADER, _STL_FACET = 84, 50
 #: The first words of a program in any of the languages, or a remark before them.
-_PROGRAM: Final = re.compile(rb"(%|\(|;|PARTNO|BEGIN PGM|N\d+ |O\d+|[GTMS]\d+[ A-Z\r\n])[^\n]*\n", re.IGNORECASE)
+_PROGRAM: Final = re.compile(rb"(%|\(|;|PARTNO|\d*\s*BEGIN PGM|N\d+ |O\d+|[GTMS]\d+[ A-Z\r\n])[^\n]*\n", re.IGNORECASE)
+#: Kind -> how such a text begins, and where it belongs; the first one that fits counts.
+_TEXTS: Final = {
+    "a setpoint file": (
+        re.compile(rb"t_s,"),
+        "verify and machined read it first: verne-post verify FILE --against PROGRAM",
+    ),
+    "a file of tool lengths": (re.compile(rb"\s*tool\s*,\s*length_mm\b"), "give it with --tool-lengths"),
+    "a file of work offsets": (re.compile(rb"\s*system\s*,\s*x_mm\b"), "give it with --measured-offset"),
+    "a tool table": (
+        re.compile(rb"(?:\s*;[^\n]*\n)*\s*T\d+\s+P\d+\s+[XYZABCUVWDIJQ][-+.\d]", re.I),
+        "give it with --tool-table",
+    ),
+}
 #: Kind -> keys of which each shows it, and where such a file belongs; the first kind that fits counts.
 _TABLES: Final = {
     "a machine file": (("schema",), "give it with --machine"),
@@ -32,8 +45,9 @@ def describe_kind(raw: bytes, asked: str, name: str = "this") -> str:
 def _recognise(raw: bytes) -> tuple[str, str] | None:
     """The kind of a file, and where it belongs."""
     begin = raw[:_LOOKED_AT]
-    if begin.startswith(b"t_s,"):
-        return "a setpoint file", "verify and machined read it first: verne-post verify FILE --against PROGRAM"
+    for kind, (pattern, where) in _TEXTS.items():
+        if pattern.match(begin):
+            return kind, where
     size = _STL_HEADER + _STL_FACET * int.from_bytes(begin[_STL_HEADER - 4 : _STL_HEADER], "little")
     if (len(raw) == size > _STL_HEADER) or re.match(rb"\s*solid\b[^\n]*\n\s*(facet|endsolid)", begin):
         return (

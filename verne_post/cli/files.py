@@ -421,6 +421,19 @@ def _describe_missing(name: str) -> str:
     return f"{NO_SUCH_FILE}{f'; did you mean {show_name(path.with_name(near))}?' if near else ''}"
 
 
+def _describe_folder(folder: Path) -> str:
+    """A folder in the place of a program."""
+    from click import UsageError
+
+    from verne_post.cli.programs import LOOKED_FOR, find_programs
+
+    try:
+        find_programs([str(folder)], lambda _name: None)
+    except UsageError:
+        return f"is a folder without programs; {LOOKED_FOR}"
+    return "is a folder; check and batch take folders"
+
+
 @contextmanager
 def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
     """What goes wrong while a file is read is an :class:`Unreadable` with its name, and the option that names it."""
@@ -431,7 +444,7 @@ def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
         if error.errno == errno.ENOENT and what == PROGRAM:
             why = _describe_missing(str(name))
         elif error.errno == errno.EISDIR:
-            why = "is a folder" + ("; check and batch take folders" if what == PROGRAM else "")
+            why = _describe_folder(Path(name)) if what == PROGRAM else "is a folder"
         shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)
         raise Unreadable(shown, why) from None
 

@@ -28,6 +28,7 @@ PROGRAMS: Final = (
     ".ncl",
     ".cl",
 )
+LOOKED_FOR: Final = f"looked for {', '.join(PROGRAMS)}, but not in hidden folders"
 
 
 def find_programs(
@@ -50,7 +51,8 @@ def find_programs(
     Raises
     ------
     UsageError
-        Where a pattern fits nothing, or a folder has no program.
+        Where nothing is found, because a pattern fits nothing or a folder has no program. Beside programs such a name
+        is returned as one, and whoever reads it says what it lacks: the others are checked all the same.
     Unreadable
         Where nothing that is named exists.
     """
@@ -58,11 +60,12 @@ def find_programs(
     if list(inputs).count(DASH) > 1:
         raise click.UsageError("- appears twice; standard input can be read once")
     wrong: list[str] = []
+    lacking: dict[str, str] = {}
     for name in inputs:
         has_pattern = not is_dash(name) and glob.has_magic(name) and not Path(name).exists()
         matches = sorted(glob.glob(name, recursive=True)) if has_pattern else [name]
         if not matches:
-            wrong.append(f"{name}: no such file")
+            lacking[name] = f"{name}: no such file"
         for match in matches:
             path = Path(match)
             if not is_dash(match) and path.is_dir():
@@ -70,15 +73,16 @@ def find_programs(
                 if not inside and but_in is not None and but_in.resolve() in (path.resolve(), *path.resolve().parents):
                     wrong.append(f"{match}: is in the folder of -o, where no programs are looked for; give another -o")
                 elif not inside:
-                    wrong.append(f"no programs in {match}; looked for {', '.join(PROGRAMS)}, but not in hidden folders")
+                    lacking[match] = f"no programs in {match}; {LOOKED_FOR}"
                 found += inside
             else:
                 program = _find_program(path)
                 found.append((match if program is path else str(program), Path(program.name)))
     for name, _place in found:
         note(name)
-    if wrong:
-        raise click.UsageError("; ".join(wrong))
+    if wrong or (lacking and not found):
+        raise click.UsageError("; ".join([*lacking.values(), *wrong]))
+    found += [(name, Path(Path(name).name, "*")) for name in lacking]  # no program has rows of this name
     if not may_lack and not any(is_dash(name) or Path(name).exists() for name, _place in found):
         raise Unreadable(", ".join(name for name, _place in found), "no such file or folder")
     return list(dict.fromkeys(found))  # a program and its set-up may both be named

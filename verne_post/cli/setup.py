@@ -166,9 +166,18 @@ def make_setup(
     draft = replace(draft, tools={key: sizes for key, sizes in draft.tools.items() if key not in idle})
     draft, remarks, said = _take_diameters(source, draft, dialect, ())
     tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
-    asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping)
+    numbers = _list_given_numbers(options)
+    asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping, numbers)
     text = write_setup(name, asked, remarks, dialect, machine.coordinates.zero_point, idle)
     return text, list_missing(draft.missing), draft.others, said
+
+
+def _list_given_numbers(options: "Options") -> dict[str, int]:
+    """The numbers of tools that have names, without those that were only counted."""
+    from verne_post.app.setup_draft import list_tool_numbers
+    from verne_post.model.part_setup import FIRST_NAMED_TOOL
+
+    return {name: number for name, number in list_tool_numbers(options).items() if number < FIRST_NAMED_TOOL}
 
 
 def _take_diameters(
@@ -216,7 +225,7 @@ def _extend_setup(
     length = draft.tool_length if given.get("tool_length") is not None else None
     tapping = "refuse" if draft.taps else given.get("tapping") or ""
     split = draft.split and (not options.split_at_stops or bool(given.get("split_at_stops")))
-    asked = Asked(tools, wcs, codes, length, split, tapping)
+    asked = Asked(tools, wcs, codes, length, split, tapping, _list_given_numbers(options))
     extended = extend_setup(text, asked, draft.used, remarks, dialect, machine.coordinates.zero_point)
     idle = {key for table, key in extended.unused if table == "tools"}
     missing = {

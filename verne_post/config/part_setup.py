@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.numbers import read_number
 from verne_post.base.text_marks import decode_text
 from verne_post.model.findings import InputError, make_input_error
@@ -26,7 +27,7 @@ def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
         VP504: not such a file.
     """
     offsets: dict[int, WorkOffset] = {}
-    for where, row in _read_rows(raw, name, *OFFSET_COLUMNS):
+    for where, row in _read_rows(raw, name, "a file of work offsets", *OFFSET_COLUMNS):
         system = SYSTEM_NUMBERS.get(row["system"].strip().upper())
         if system is None:
             raise _make_error(
@@ -51,7 +52,7 @@ def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Too
         VP504: not such a file.
     """
     table, seen = dict(tools), set()
-    for where, row in _read_rows(raw, name, *LENGTH_COLUMNS):
+    for where, row in _read_rows(raw, name, "a file of tool lengths", *LENGTH_COLUMNS):
         number = _number(row, "tool", where)
         if number % 1 or number < 1:
             raise _make_error(f"{where}: tool {row['tool']!r}: expected a whole number from 1 on")
@@ -71,9 +72,11 @@ def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Too
 
 
 def _read_rows(
-    raw: bytes, name: str, needed: Sequence[str], optional: Sequence[str]
+    raw: bytes, name: str, kind: str, needed: Sequence[str], optional: Sequence[str]
 ) -> Iterator[tuple[str, dict[str, str]]]:
     """Where each row stands, and its cells as text; JSON is a list of objects with the same keys."""
+    if other := describe_kind(raw, kind):
+        raise _make_error(f"{name}: {other}")
     try:
         text = decode_text(raw)
         if text.lstrip()[:1] in ("[", "{"):

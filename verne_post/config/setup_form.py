@@ -26,6 +26,7 @@ class Asked(Struct, frozen=True):
     tool_length: float | None
     split: bool
     tapping: str  #: What the file says of rigid tapping; empty where the program has none.
+    numbers: Mapping[str, int] = {}  #: Name of a tool -> its number, where somebody has given it.
 
 
 def write_setup(
@@ -135,7 +136,7 @@ def list_edits(asked: Asked, data: Mapping[str, Any], remarks: Mapping[str, str]
         remark = '"feed" where the control that executes the setpoints couples the spindle'
         yield Edit(("tapping",), f'"{asked.tapping}"', remark if asked.tapping == "refuse" else "")
     if not data.keys() & (set(TOOL_KEYS) - {"tools"}):
-        yield from _list_tools(asked.tools, data.get("tools", {}), remarks)
+        yield from _list_tools(asked, data.get("tools", {}), remarks)
     for table, values in (
         ("wcs", {name: _show_place(place) for name, place in asked.wcs.items()}),
         ("remap", {code: f'"{meaning or TO_DECIDE}"' for code, meaning in asked.codes.items()}),
@@ -148,14 +149,13 @@ def list_edits(asked: Asked, data: Mapping[str, Any], remarks: Mapping[str, str]
                 yield Edit((table, key), value)
 
 
-def _list_tools(
-    tools: Mapping[str, tuple[float | None, float | None]], known: Mapping[str, Any], remarks: Mapping[str, str]
-) -> Iterator[Edit]:
+def _list_tools(asked: Asked, known: Mapping[str, Any], remarks: Mapping[str, str]) -> Iterator[Edit]:
     spelled = {normalise_key("tools", key): key for key in known}
-    for name, (length, diameter) in tools.items():
+    for name, (length, diameter) in asked.tools.items():
         key = spelled.get(name, name)
         if key not in known:
             sizes = [
+                *([f"number = {asked.numbers[name]}"] if name in asked.numbers else []),
                 f"length = {_show_size(length)}",
                 *([f"diameter = {_show_size(diameter)}"] if diameter != 0 else []),
             ]

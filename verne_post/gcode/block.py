@@ -446,7 +446,7 @@ def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
         if not any(blank in text for blank in _BLANKS):
             return raise_case(text), range(len(text) + 1), None
         places = [at for at, character in enumerate(text) if character not in _BLANKS]
-        return raise_case("".join([text[at] for at in places])), [*places, len(text)], None
+        return raise_case("".join([text[at] for at in places])), [*places, len(text) - text.endswith("\r")], None
     kept_parts: list[str] = []
     places, comment, at = [], None, 0
     while at < len(text):
@@ -463,7 +463,7 @@ def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
             kept_parts.append(character)
             places.append(at)
         at += 1
-    return raise_case("".join(kept_parts)), [*places, len(text)], comment
+    return raise_case("".join(kept_parts)), [*places, len(text) - text.endswith("\r")], comment
 
 
 def raise_case(text: str) -> str:

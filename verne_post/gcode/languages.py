@@ -83,7 +83,8 @@ def report_empty(source: Text) -> Finding | None:
     """The finding of a text of nothing but blanks; None for others."""
     if len(source) > _SEARCHED_BYTES or source[:_SEARCHED_BYTES].strip():
         return None
-    return make_finding(NO_PROGRAM, "the file is empty", line=1, last_line=1, worst_line=1)
+    text = "the file has nothing but blank lines" if source else "the file is empty"
+    return make_finding(NO_PROGRAM, text, line=1, last_line=1, worst_line=1)
 
 
 def find_other_language(

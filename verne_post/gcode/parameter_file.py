@@ -1,5 +1,6 @@
 """Parameter files as LinuxCNC keeps them: a number and a value in each line."""
 
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.numbers import is_count, read_number
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.option_checks import check_parameter
@@ -16,7 +17,7 @@ def read_parameter_file(text: str, name: str) -> dict[int, float]:
     Raises
     ------
     InputError
-        With one finding (VP028) a bad line.
+        VP028: with one finding a bad line, or one for a file of another kind.
     """
     values: dict[int, float] = {}
     errors: list[Finding] = []
@@ -29,6 +30,9 @@ def read_parameter_file(text: str, name: str) -> dict[int, float]:
             errors.append(make_finding("VP028", f"{name}:{line}: {wrong}"))
         else:
             values[int(words[0])] = float(words[1])
+    if len(errors) > 1 and not values:  # one cause: another kind of file
+        other = describe_kind(text.encode(), "a parameter file") or "is this a parameter file?"
+        errors = [make_finding("VP028", f"{errors[0].message}; no other line has one either: {other}")]
     if errors:
         raise InputError(*errors)
     return values

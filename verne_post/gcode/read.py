@@ -33,6 +33,8 @@ from verne_post.model.moves import Frame, Moves
 _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
 #: Errors that follow where an incremental word (G91 in place of G90) leaves it open where the axes stand.
 _OF_POSITIONS: Final = ("VP008", "VP013", "VP017", "VP025", "VP026")
+#: Warnings about the words of a line, which hold wherever the axes stand, and whichever tool is in the spindle.
+_OF_WORDS: Final = ("VP004", "VP005", "VP007", "VP038", "VP044")
 #: Errors that a line has whether or not the program comes to it.
 _OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 #: So many blocks are repeated after an error, which may have left a loop without an end.
@@ -75,6 +77,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
                 (item.line or 0 for item in error.findings if item.code == "VP013" and item.column), default=math.inf
             )
             every = [item for item in every if item.code not in _OF_POSITIONS or (item.line or 0) <= lost_line]
+            every += [item for item in execution.recorder.warnings.values() if item.code in _OF_WORDS]
             raise _make_refusal(source, every, dialect, execution, setup) from None
         state.known_axes = [True] * 9
     start, start_frame = list(state.position), state.frame

@@ -24,6 +24,8 @@ _ROTARY: Final = ("VP102", "VP103")
 _BELOW: Final = ("VP210",)
 #: Contacts of tool and spindle with fixtures and stock.
 _CONTACTS: Final = ("VP215", "VP216")
+#: A lone word without a decimal point among words with one.
+_LOST_POINT: Final = re.compile(r"([A-Z][^ ]+) has no decimal point, and words of line \d+ have one(?=: )")
 #: Beside travel and reach (VP1xx): singularities, the height over the table, and the cones of joints. Each contact with
 #: a body stays alone.
 _OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210", "VP214")
@@ -176,7 +178,34 @@ def _join_consequences(findings: Sequence[Finding], groups: list[list[int]]) -> 
     """
     for codes in (_ROTARY, ("VP110",), _BELOW):
         groups = _join_to(findings, groups, codes)
-    return groups
+    return _join_lost_points(findings, groups)
+
+
+def _join_lost_points(findings: Sequence[Finding], groups: list[list[int]]) -> list[list[int]]:
+    """The groups, where one word without a decimal point belongs to the error that its place leads to.
+
+    Its line is the first or the worst one of a limit, or an impossible arc begins at the word.
+    """
+    words = {
+        (item.line, match[1]): at for at, item in enumerate(findings) if (match := _LOST_POINT.match(item.message))
+    }
+    for (line, word), at in words.items():
+        owner = next(
+            (
+                group
+                for group in groups
+                for item in (findings[one] for one in group)
+                if item.severity == "error"
+                and (
+                    (_is_of_the_workspace(item) and line in (item.line, item.worst_line))
+                    or (item.code == "VP008" and re.search(rf"[( ]{word}[ )]", item.message))
+                )
+            ),
+            None,
+        )
+        if owner is not None:
+            groups = [group for group in groups if at not in group and group is not owner] + [sorted([*owner, at])]
+    return sorted(groups)
 
 
 def _join_to(findings: Sequence[Finding], groups: list[list[int]], codes: Sequence[str]) -> list[list[int]]:
@@ -243,6 +272,8 @@ def _describe_places(findings: Sequence[Finding]) -> str:
 
 def _name_quantity(item: Finding) -> str:
     """What is beyond its limit: a quantity of a joint, or the joint itself; else the code with its title."""
+    if (lost_point := _LOST_POINT.match(item.message)) is not None:
+        return f"{item.code} ({lost_point[0]})"
     return item.quantity or item.axis or f"{item.code} ({CODES[item.code].title})"
 
 

@@ -7,7 +7,7 @@ from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from verne_post.gcode.apt.cycles import FEED_UNITS
 from verne_post.gcode.apt.interpreter import make_tool_block
 from verne_post.gcode.apt.modes import AptModes
-from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
+from verne_post.gcode.apt.statements import Statement, correct_word, is_number, read_numbers, read_word
 from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Remedy
@@ -42,7 +42,10 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
     numbers = [word for word in s.words if is_number(word)]
     units = [word.upper() for word in s.words if not is_number(word)]
     if len(numbers) != 1 or len(units) > 1 or any(unit not in FEED_UNITS for unit in units):
-        raise ProgramError("VP005", f"FEDRAT takes one number and one of {', '.join(FEED_UNITS)}")
+        correct_word(s, units, FEED_UNITS)
+        raise ProgramError(
+            "VP005", f"FEDRAT takes one number and one of {', '.join(FEED_UNITS)}, as in FEDRAT/500,MMPM"
+        )
     inch = to.state.modes.inch
     if not units and to.feed_unit not in (None, (94, None), (94, inch)):
         raise ProgramError(
@@ -117,6 +120,7 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
         name = rest.pop(0)
         takes = _TOOL_FACTS.get(name, name in _OFFSETS)
         if (name not in _OFFSETS and name not in _TOOL_FACTS) or (takes and not (rest and is_number(rest[0]))):
+            correct_word(s, [name], (*_OFFSETS, *_TOOL_FACTS))
             raise ProgramError(
                 "VP002",
                 f"{s.major}: {name} is not a word that is known here; expected ADJUST or OSETNO and a number",
@@ -177,6 +181,7 @@ def set_spindle(to: AptModes, s: Statement) -> Iterator[Block]:
     allowed_words = [["OFF"]] if not speed else []
     allowed_words += [sorted({switch, way} - {""}) for switch in ("", "ON") for way in ("", "CLW", "CCLW")]
     if len(speed) > 1 or sorted(modes) not in allowed_words or not words or others.count("RPM") > len(speed):
+        correct_word(s, others, ("RPM", "CLW", "CCLW", "ON", "OFF"))
         raise ProgramError("VP005", "SPINDL takes a speed with RPM and CLW or CCLW, or ON, or OFF alone")
     backwards = "CCLW" in others or ("CLW" not in others and to.state.spindle_reversed)
     code = 5.0 if "OFF" in others else 4.0 if backwards else 3.0

@@ -4,7 +4,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
+from verne_post.gcode.apt.statements import Statement, correct_word, is_number, read_numbers, read_word
 from verne_post.gcode.machining.holes import MAX_PECKS
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
@@ -116,6 +116,7 @@ def read_cycle(s: Statement) -> Cycle:
         value = read_numbers(s, [number])[0]
         meaning = "feed" if name in FEED_UNITS else meanings.get(name)
         if meaning is None:
+            correct_word(s, [name], (*meanings, *FEED_UNITS))
             raise ProgramError("VP002", f"CYCLE: {name} is not a word that is known here", column)
         if meaning in values:
             raise ProgramError("VP004", f"CYCLE: {name} appears beside another word with the same meaning", column)

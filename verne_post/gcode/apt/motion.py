@@ -175,10 +175,10 @@ def _approach(to: AptModes, s: Statement, point: list[float]) -> Iterator[Block]
             yield from drill(to, s, to.cycle, point)
         return
     if to.circle is not None:
+        circle, to.circle = to.circle, None  # an arc that is refused is told once: the next point ends a line
         if to.rapid:
             raise ProgramError("VP017", "RAPID and CIRCLE before one GOTO: an arc is not rapid traverse")
-        yield from _go_round(to, s, to.circle, point)
-        to.circle = None
+        yield from _go_round(to, s, circle, point)
         return
     _check_listed(to, s, point)
     yield make_block(s, g=to.motion, **dict(zip("XYZ", point, strict=True)), **to.axis_words)

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.apt.words import MAY_HAVE_GAPS
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.mistyped import MEANT_CHARACTERS
@@ -24,6 +25,10 @@ from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, spl
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
 #: ... with letters that look like digits.
 _MISTYPED_NUMBER: Final = re.compile(r"[-+]?(?=\D*\d)(?=[\d.]*[Ool])[\dOol]*\.?[\dOol]*$")
+#: Two numbers that nothing divides but a sign.
+_WITHOUT_COMMA: Final = re.compile(r"([-+]?[0-9]*\.[0-9]+)([-+][0-9]*\.?[0-9]+)")
+#: A statement of numbers with a blank in place of the slash.
+_WITHOUT_SLASH: Final = re.compile(r"\s*([A-Za-z]{3,6})[ \t]+([-+.0-9][-+.,0-9 ]*)$")
 _NUMBER_OF_POINT: Final = rb"[ \t]*+[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[Ee][+-]?[0-9]++)?[ \t]*+"
 #: One line with GOTO, and three or six numbers.
 _POINT: Final = re.compile(rb"[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n" % ((_NUMBER_OF_POINT,) * 3))
@@ -103,12 +108,27 @@ def is_number(word: str) -> bool:
     return _NUMBER.match(word) is not None
 
 
+def correct_word(statement: Statement, words: Sequence[str], known: Sequence[str]) -> None:
+    """Raise ProgramError for the first of the words that is near one which the statement knows, but none of them."""
+    for word in words:
+        near = "" if word.upper() in known else find_meant(word.upper(), known)
+        if near:
+            text = f"{word}: no word of {statement.major}; did you mean {near}?"
+            raise ProgramError("VP002", text, statement.find_column(word))
+
+
 def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
     """The words as numbers; raises ProgramError for anything else."""
     values = []
     for word in words:
         if not is_number(word):
-            raise ProgramError("VP001", f"{statement.major}: {word!r} is not a number", statement.find_column(word))
+            divided = _WITHOUT_COMMA.fullmatch(word)
+            text = (
+                f"{statement.major}: {word!r} is not a number"
+                if divided is None
+                else f"{word}: two numbers without a comma; did you mean {divided[1]},{divided[2]}?"
+            )
+            raise ProgramError("VP001", text, statement.find_column(word))
         value = float(word.upper().replace("D", "E"))
         if not abs(value) <= MAX_NUMBER or math.isnan(value):
             column = statement.find_column(word)
@@ -278,6 +298,11 @@ def _read_statement(text: str, line: int, n_lines: int = 1) -> Statement | Progr
     begins = len(text) - len(text.lstrip())
     if major_word is None:
         shown_text = f"{text.strip()[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
+        if (divided := _WITHOUT_SLASH.match(text)) is not None:
+            word = divided[1].upper()
+            shown_text = f"{divided[0].strip()}: the slash is missing; did you mean {word}/{divided[2]}?"
+        elif (near := find_meant(text.split()[0].upper(), _FREE_TEXT)) and len(text.split()) > 1:
+            shown_text = f"{text.split()[0]}: no word of this language; did you mean {near}?"
         return ProgramError("VP001", shown_text, begins + 1 if columns else None, line=line)
     major = " ".join(filter(None, major_word.groups())).upper()
     rest = text[major_word.end() :]
