@@ -13,7 +13,7 @@ from msgspec import Struct, field
 
 from verne_post.base.suggestions import drop_doubles, has_one_more
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
-from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant
+from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant, write_words
 from verne_post.gcode.templates import read_by_template
 from verne_post.model.findings import Remedy
 
@@ -257,12 +257,14 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
             if (match := _NAME_WITHOUT_HASH.match(characters, at - 1)) and not characters[at - 2 : at - 1].isdigit():
                 wrong, right = match[0].lower(), f"#{match[1].lower()}"
                 raise reader.error("VP001", f"{wrong}: the digit on the key of the #; did you mean {right}?", at - 1)
-            text = _describe_strange(character, reader, at, first=first, has_number=has_number)
-            edits: tuple[Remedy, ...] = ()
+            text, words = _describe_strange(character, reader, at, first=first), list[str]()
+            if character in "0123456789+-.":
+                text, words = _describe_number(reader, at, first=first, has_number=has_number)
+            edits = write_words(words[0][1:], *words, is_choice=True) if words else ()
             if (match := _M_BEHIND_NUMBER.match(characters, at)) and match[1] in _NUMBERS_OF_M:  # keys side by side
                 right = f"M{match[1]}"
                 text += f"; write {right} if that is meant"
-                edits = (Remedy(f"write {right}", right, misspelt=match[0], is_choice=True),)
+                edits = write_words(match[0], right, is_choice=True)
             raise reader.error("VP001", text, at, edits)
         first = has_number = False
     return block
@@ -394,7 +396,28 @@ def _list_letters_behind_value(code: str, at: int, number: str) -> str:
     return (letters if is_feed else letters.removeprefix("F")) or "XYZ"
 
 
-def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool, has_number: bool) -> str:
+def _describe_number(reader: ValueReader, at: int, *, first: bool, has_number: bool) -> tuple[str, list[str]]:
+    """The message about a number where a word begins, and the words of which each may be meant."""
+    number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
+    if not any(sign.isdigit() for sign in number):
+        return f"{number}: a sign without a number; write the number, or brackets around an expression: X[5+#1]", []
+    start = f"{number}: a number without a letter before it"
+    if (first or has_number) and number in _CODES_WITH_POINT:
+        return f"{start}; did you mean G{number}?", []
+    if first and number.isdigit() and reader.characters[at + len(number) :].startswith("="):
+        return f"{start}; did you mean #{number}?", []
+    code = "G" if len(number) <= len("99") else "S"
+    code += "M" if number in _NUMBERS_OF_M else ""
+    letters = _list_letters_behind_value(reader.characters, at, number)
+    if number.isdigit() and (first or has_number):
+        letters = f"N{code}" if first else code
+    words = [f"{letter}{number}" for letter in letters]
+    *some, last = words
+    such = f"{', '.join(some)} or {last}" if some else last
+    return f"{start}; write its letter, such as {such}", words
+
+
+def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool) -> str:
     if character == "N":
         return "N must be the first word of a block"
     if character == "O":
@@ -403,22 +426,6 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
         return f"'{character}' without a letter before it"
     if character == "$":
         return "'$': this machine has one spindle, numbers of spindles mean nothing here"
-    if character in "0123456789+-.":
-        number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
-        if not any(sign.isdigit() for sign in number):
-            return f"{number}: a sign without a number; write the number, or brackets around an expression: X[5+#1]"
-        if (first or has_number) and number in _CODES_WITH_POINT:
-            return f"{number}: a number without a letter before it; did you mean G{number}?"
-        if first and number.isdigit() and reader.characters[at + len(number) :].startswith("="):
-            return f"{number}: a number without a letter before it; did you mean #{number}?"
-        code = "G" if len(number) <= len("99") else "S"
-        code += "M" if number in _NUMBERS_OF_M else ""
-        letters = _list_letters_behind_value(reader.characters, at, number)
-        if number.isdigit() and (first or has_number):
-            letters = f"N{code}" if first else code
-        *some, last = [f"{letter}{number}" for letter in letters]
-        such = f"{', '.join(some)} or {last}" if some else last
-        return f"{number}: a number without a letter before it; write its letter, such as {such}"
     if first and (name := _BARE_NAME.match(reader.characters, at)):
         return f"{name[0]}: a name without # before it; did you mean #{name[0]}?"
     if character == "/" and not first:

@@ -14,7 +14,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name_pasted, translate_pasted
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
-from verne_post.gcode.block_slips import explain_function, explain_slip, propose_words, write_letters
+from verne_post.gcode.block_slips import explain_function, explain_slip, propose_words
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
 
@@ -300,8 +300,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     item = slip or item
     if item.line is None or item.column is None:
         return item
-    if item.code == "VP001" and dialect in _BLOCKS and (slip := _name_slip_of_mark(source, item, text)) is not None:
-        return slip
+    if item.code == "VP001" and dialect in _BLOCKS and (mark := _name_slip_of_mark(source, item, text)) is not None:
+        return mark
     if (paste := _find_pasted(text, item, dialect)) is not None:
         character, begin = paste
         code = remove_remarks(text, dialect)[begin:]
@@ -384,8 +384,6 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
                 message, begin, *_words = _report(match, "the letter l in a number", f"{match[0][:-1]}1")
                 item = replace(item, code="VP001", message=message, column=begin + 1)
     correction, begin = find_correction(item.message), (item.column or 1) - 1
-    if correction is None and dialect in _BLOCKS and item.code == "VP001":
-        item = write_letters(text, item)
     if correction is None or item.edits:
         return (
             replace(item, edits=item.edits or _close_quote(text, begin, item.line or 0))
