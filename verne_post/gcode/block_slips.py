@@ -8,7 +8,14 @@ from typing import Final
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, has_one_more, list_near_numbers
+from verne_post.base.suggestions import (
+    DIGITS_OF_KEYS,
+    MAY_BE_MEANT,
+    find_correction,
+    find_meant,
+    has_one_more,
+    list_near_numbers,
+)
 from verne_post.gcode.codes import make_unknown_function
 from verne_post.gcode.program_error import write_words
 from verne_post.gcode.text import count_name
@@ -17,7 +24,6 @@ from verne_post.model.findings import Finding, Remedy
 #: Characters of a line that are looked at on both sides of a column.
 _LONGEST: Final = 40
 _LONGEST_NAME: Final = 90
-_AS_DIGITS: Final = str.maketrans("OPLQWERTYU", "0011234567")
 #: The label of an O word with a letter in its number, its O one place too far, or a key beside O.
 _LABEL: Final = re.compile(
     r"[ \t]*(?:N\d+[ \t]*)?"
@@ -68,7 +74,7 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
     """What a slip in the line of an error is, and the edits that settle it; None where it is none of these."""
     if item.code in ("VP001", "VP023") and (match := _LABEL.match(text)) and _is_at(match, item, 1):
         wrong = match[1]
-        right, what = f"{wrong[0]}{wrong[1:].upper().translate(_AS_DIGITS)}", "a letter in a number"
+        right, what = f"{wrong[0]}{wrong[1:].upper().translate(DIGITS_OF_KEYS)}", "a letter in a number"
         if wrong[1:2] in "Oo" and wrong[0] in "Oo" and wrong[2:].isdecimal():
             right, what = wrong[1:], "the letter is there twice"
         if wrong[1] in "Oo" and wrong[0].isdigit():
@@ -247,7 +253,7 @@ def _find_letter_of_digit(text: str, item: Finding) -> Finding | None:
         is_zero, has_digit = match[3] in "Pp", bool(match[2].strip("."))
         if not _is_at(match, item) or not (has_digit or match[4][:1] == "." or not is_zero):
             continue
-        right = f"{match[1]}{match[2]}{match[3].upper().translate(_AS_DIGITS)}{match[4]}"
+        right = f"{match[1]}{match[2]}{match[3].upper().translate(DIGITS_OF_KEYS)}{match[4]}"
         is_sure = item.code == "VP001" and is_zero
         meaning = f"did you mean {right}?" if is_sure else f"{right}{MAY_BE_MEANT}"
         meaning += "" if is_zero else ", whose key is beside"

@@ -73,7 +73,7 @@ _NUMBER_WITH_POINT: Final = re.compile(rb"[XYZ][-+]?\d+\.", re.IGNORECASE)
 #: In blocks of letters and numbers: the first digit before its letter, and a # before the letter.
 _WRONG_ORDER: Final = (
     (
-        re.compile(r"(?<![\w.\])#])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
+        re.compile(r"(?<![\w.\])#])(?<!\d\.[ \t])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
         _BEFORE_LETTER,
         r"\2\1\3",
     ),
@@ -92,7 +92,7 @@ _WRONG_ORDER: Final = (
         _I_IN_NUMBER,
         r"\g<1>1",
     ),
-    (re.compile(r"(#\d+)[lI]()(?=[ \t]*[-+*/\]])"), "a letter in a number", r"\g<1>1"),
+    (re.compile(r"(#\d+)[lI](\d*)(?=[ \t]*(?:[-+*/\]]|=(?!=)))"), "a letter in a number", r"\g<1>1\2"),
     (
         re.compile(r"(?<![\w\]=\[*/+-])([-+])([A-Z])(\d+\.?\d*|\.\d+)(?![\w.])", re.IGNORECASE),
         "the sign before its letter",
@@ -339,15 +339,16 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         message = f"a comment is closed that no '(' begins; write ({wrong}"
         return replace(item, message=message, column=match.start(1) + 1, edits=(edit,))
     if (
-        item.code in ("VP002", "VP011")
+        item.code in ("VP002", "VP011", "VP012")
         and dialect == "fanuc"
         and (match := _FIRST_WORD.match(text))
         and match.start(1) + 1 == item.column
         and _is_numbered(source, item.line)
     ):
         edit = Remedy(f"write N{match[2]}", f"N{match[2]}", line=item.line, misspelt=match[1], is_choice=True)
-        message = f"{item.message}; write N{match[2]} if a block number is meant"
-        return replace(item, message=message, edits=(edit, *item.edits))
+        message = f"{match[1]}: N{match[2]}{MAY_BE_MEANT}, a block number; as it stands: {item.message}"
+        others = (replace(one, is_choice=True) for one in item.edits)
+        return replace(item, message=message, edits=(edit, *others))
     is_unread = item.code in UNREADABLE or _is_value(text, item.column, item.code)
     correction = find_correction(item.message)
     is_explained = slip is not None or (correction is not None and " " in correction[1])

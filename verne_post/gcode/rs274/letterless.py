@@ -69,7 +69,6 @@ def refuse_letterless(text: str) -> None:
             letters = "MO" if len(digits.lstrip("0")) == 1 else "MG" if digits in _ENDS else "GO"
             words = [f"{letter}{digits}" for letter in letters]
             text = f"{digits}: a number without a letter before it; write its letter, such as {' or '.join(words)}"
-            text += "; or % if the program begins here" if digits == "5" else ""  # on the same key
             raise ProgramError("VP001", text, match.start(1) + 1, edits=write_words(digits, *words))
         meaning = f"did you mean O{digits.removeprefix('0').strip()}?"
         raise ProgramError("VP001", f"{digits}: a number without a letter before it; {meaning}", match.start(1) + 1)
@@ -88,8 +87,8 @@ def refuse_letterless(text: str) -> None:
                 text = f"{number}: the time of G4 has no letter before it; write X{number} for seconds, or P"
                 raise ProgramError("VP001", text, match.start("number") + 1)
             column = match.start("number") + 1
-            if not number.strip("."):
-                wrong, right = match[0], f"{match['letter']}{match['own']}."
+            if not number.strip(".") or (letter == "G" and match["own"].endswith(".")):
+                wrong, right = match[0], f"{match['letter']}{match['own']}{number.strip('.') or '.'}"
                 raise ProgramError("VP001", f"{wrong}: a blank in a number; did you mean {right}?", match.start() + 1)
             axes = _list_axes(letter, rest)
             unused_axes = [one for one in axes if not re.search(one, text, re.IGNORECASE)]
