@@ -83,6 +83,7 @@ M2
         ("a.nc", "Y0. Z50.", "Y0. Z5 0.", "did you mean Z50.?"),
         ("a.nc", "Y0. Z50.", "Y0. Z50/", "a / in place of the point; did you mean Z50.?"),
         ("a.nc", "#101=10.", "#10l=10.", "did you mean #101?"),
+        ("a.nc", "N30 G21", "N3 0G21", "N3 0G: the blank is at a wrong place; did you mean N30 G?"),
         ("a.ngc", "#<_tilt> =", "#<_tit> =", "line 1 sets #<_tit>, which nothing uses"),
         ("a.ngc", "#<top> =", "<top> =", "did you mean #<top>?"),
         ("a.ngc", "o<place> sub", "o<plaxe> sub", "line 3 has o<plaxe>, which nothing else names"),

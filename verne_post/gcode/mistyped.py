@@ -70,6 +70,8 @@ _NO_MACRO_WORD: Final = "no word of custom macros"
 _WITH_POINT: Final = re.compile(r"[ABCFIJKQRUVWXYZ][-+]?\d+", re.IGNORECASE)
 _DIVIDED_NUMBER: Final = re.compile(r"(?<![A-Za-z_])[A-Z][-+]?\d+([lI])(?:\.\d*|\d+\.?\d*)(?![\w.])")
 _NUMBER_WITH_POINT: Final = re.compile(rb"[XYZ][-+]?\d+\.", re.IGNORECASE)
+#: A digit of a block number behind its blank.
+_NUMBER_OF_BLOCK: Final = re.compile(r"^[ \t]*(N\d+)[ \t](\d+)([G#]|(?:END|WHILE|IF|GOTO)(?![A-Z]))", re.IGNORECASE)
 #: In blocks of letters and numbers: the first digit before its letter, and a # before the letter.
 _WRONG_ORDER: Final = (
     (
@@ -452,6 +454,14 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
             is_word = match[1].strip().upper() not in _COMPARISONS
             if match.start() <= at <= match.end() and is_word:
                 return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
+    if dialect == "fanuc" and (match := _NUMBER_OF_BLOCK.match(line)) and match.start(2) <= at <= match.end():
+        right = match.expand(r"\1\2 \3")
+        return (
+            f"{match[0].strip()}: the blank is at a wrong place; did you mean {right}?",
+            match.start(1),
+            match[0].strip(),
+            right,
+        )
     for pattern, what, right in _WRONG_ORDER if dialect in _BLOCKS else ():
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             # in 1G1X5, without blanks, a letter may be lost
