@@ -454,12 +454,12 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
             is_word = match[1].strip().upper() not in _COMPARISONS
             if match.start() <= at <= match.end() and is_word:
                 return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
-    if dialect == "fanuc" and (match := _NUMBER_OF_BLOCK.match(line)) and match.start(2) <= at <= match.end():
-        right = match.expand(r"\1\2 \3")
+    if dialect == "fanuc" and (block := _NUMBER_OF_BLOCK.match(line)) and block.start(2) <= at <= block.end():
+        right = block.expand(r"\1\2 \3")
         return (
-            f"{match[0].strip()}: the blank is at a wrong place; did you mean {right}?",
-            match.start(1),
-            match[0].strip(),
+            f"{block[0].strip()}: the blank is at a wrong place; did you mean {right}?",
+            block.start(1),
+            block[0].strip(),
             right,
         )
     for pattern, what, right in _WRONG_ORDER if dialect in _BLOCKS else ():
