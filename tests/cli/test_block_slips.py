@@ -81,6 +81,9 @@ M2
         ("a.nc", "F500.", "R500.", "F500 may be meant, whose key is beside"),
         ("a.nc", "S1000", "W1000", "S1000 may be meant, whose key is beside"),
         ("a.nc", "Y0. Z50.", "Y0. Z5 0.", "did you mean Z50.?"),
+        ("a.nc", "Y0. Z50.", "Y0. Z50/", "a / in place of the point; did you mean Z50.?"),
+        ("a.nc", "#101=10.", "#10l=10.", "did you mean #101?"),
+        ("a.nc", "N30 G21", "N3 0G21", "N3 0G: the blank is at a wrong place; did you mean N30 G?"),
         ("a.ngc", "#<_tilt> =", "#<_tit> =", "line 1 sets #<_tit>, which nothing uses"),
         ("a.ngc", "#<top> =", "<top> =", "did you mean #<top>?"),
         ("a.ngc", "o<place> sub", "o<plaxe> sub", "line 3 has o<plaxe>, which nothing else names"),
@@ -107,6 +110,26 @@ def test_an_edit_gives_back_what_was_meant(
     fixes = [one for one in find_fixes(inspector, found, item, {path: text}, NEVER) if one.path == path]
     assert text[: fixes[0].begin] + fixes[0].new + text[fixes[0].end :] == meant
     assert not any("places" in one.title for one in fixes)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("Y0. Z50.", "Y0. X50.", "X appears twice in the block"),
+        ("Y0. Z50.", "Y5-0. Z50.", "5-0.: a sign behind a digit; write -50., or [5-0.] for an expression"),
+    ],
+)
+def test_what_may_be_two_words_is_a_choice(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    path, meant = tmp_path / "a.nc", FANUC.replace("Y0. Z50.", "Y-50. Z50.") if "-" in wrong else FANUC
+    text = FANUC.replace(right, wrong, 1)
+    found = check(inspector, path, text, SETUP)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert item.message == said
+    fixes = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert meant in [text[: one.begin] + one.new + text[one.end :] for one in fixes]
+    assert len(fixes) > 1 and not any(one.settles for one in fixes)
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,18 @@ def test_the_program_without_a_slip_has_no_finding(inspector: Inspector, tmp_pat
         ("FMAX M3", "FMAX ,3", "M3 may be meant"),
         ("Y-20 Z+20", "-20 Z+20", "write Y-20"),
         ("6 LBL 1", "6 LABEL 1", "did you mean LBL?"),
+        ("6 LBL 1", "6 LBL", "write LBL 1"),
         ("CALL LBL 1 REP", "CALL 1 REP", "write CALL LBL 1"),
+        ("CALL LBL 1 REP", "CALL LBL REP", "write CALL LBL 1"),
+        ("CALL LBL 1 REP", "LBL 1 REP", "a label has no REP"),
+        ("L IY+2", "LI Y+2", "LI Y+2: the blank is at a wrong place; did you mean L IY+2?"),
+        ("18 L X", "1 8L X", "1 8L: the blank is at a wrong place; did you mean 18 L?"),
+        ("    Q203=", "    2Q03=", "2Q03: no parameter; did you mean Q203?"),
+        ("    Q203=", "    1203=", "1203: no parameter; did you mean Q203?"),
+        ("CYCL DEF 200", "CYCL DEF 2 00", "2 00: a blank is in the number; did you mean 200?"),
+        ("21 M30", "21 ME0", "write M30 if the M function is meant"),
+        ("19 M129", "19 J129", "write M129 if the M function is meant"),
+        ("FN 0: Q1", "FN 0; Q1", "write FN 0: and the assignment"),
         ("SPA+20", "SPA=20", "write SPA+20 or SPA-20"),
         ("SPA+20", "SP+20", "did you mean SPA?"),
         ("CYCL DEF 200", "CYCL DEF 20", "did you mean 200?"),
@@ -101,6 +112,7 @@ def test_an_edit_gives_the_program_back(
         ("Q204=+10 ~\n    Q211=+0.2\n", "Q204=+10 ~\n", "write Q211, the dwell below or Q395"),
         ("16 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "16 M12", "M12: no meaning in this language"),
         ("9 CALL LBL", "9 M28\n9 TOOL CALL S8000\n9 CALL LBL", "M28: no meaning in this language"),
+        ("1 REP 2", "1 REP", "REP needs the number of repeats"),
         ("TOOL CALL 1 Z", "TOOL CALL Z", "write TOOL CALL 1 Z S with its speed before it"),
         ("18 L X+6 Y+2.5 Z", "18 L X+6 Y-=2.5 Z", "Y-=2.5"),
     ],
@@ -110,6 +122,28 @@ def test_what_no_edit_settles_is_one_finding(
 ) -> None:
     message, _word, _made = look(inspector, tmp_path / "a.h", PROGRAM.replace(right, wrong, 1), SETUP)
     assert said in message
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("CALL LBL 5", "LBL 5", "LBL 5 appears twice, first in line 29; write CALL LBL 5"),
+        ("CALL LBL 5", "CALL LBL", "write CALL LBL 5"),
+        ("23 LBL 5", "23 LBL", "write LBL 5"),
+        ("25 LBL 0", "25 LBL", "write LBL 0"),
+    ],
+)
+def test_the_lost_word_of_a_subprogram_is_written(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    path = tmp_path / "a.h"
+    program = PROGRAM.replace("19 M129\n", "19 CALL LBL 5\n", 1)
+    program = program.replace("22 END", "23 LBL 5\n24 M129\n25 LBL 0\n26 END")
+    found = check(inspector, path, program, SETUP)
+    assert [one.message for one in found.findings if one.severity != "note"] == []
+    message, _word, made = look(inspector, path, program.replace(right, wrong, 1), SETUP)
+    assert said in message
+    assert program in [text for file, text, _settles in made.values() if file == path]
 
 
 def test_a_lost_point_is_put_back_where_the_place_is_between_its_neighbours(

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import NEVER, inspector, look
+from tests.cli.test_quick_fixes import NEVER, apply_places, check, inspector, look
 from verne_post.cli.lsp.fixes import find_fixes
 from verne_post.cli.lsp.inspector import Inspector
 
@@ -114,6 +114,16 @@ def test_the_key_beside_is_offered_and_not_preferred(
     made = find_fixes(inspector, found, item, {path: text, Path(f"{path}.toml"): SETUP}, NEVER)
     texts = [(f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}", fix.settles) for fix in made if fix.text]
     assert texts == [(PROGRAM, False)]
+
+
+def test_call_without_a_path_may_be_mcall(inspector: Inspector, tmp_path: Path) -> None:
+    path = tmp_path / "a.mpf"
+    for wrong in (FLOW.replace("MCALL CYCLE81", "CALL CYCLE81"), FLOW.replace("\nMCALL\n", "\nCALL\n")):
+        found = check(inspector, path, wrong, SETUP)
+        (item,) = (one for one in found.findings if one.severity == "error")
+        assert item.message == "CALL needs the path of a subprogram; MCALL may be meant"
+        (fix,) = find_fixes(inspector, found, item, {path: wrong}, NEVER)
+        assert (apply_places(fix), fix.is_choice) == (FLOW, True)
 
 
 @pytest.mark.parametrize(("wrong", "said"), [("FPR", "did you mean FOR?"), ("F OR", "a blank is in the word")])

@@ -1044,7 +1044,10 @@ def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wan
                                 "write it with ROT and the angle")),
     ("CYCL DEF 7.0\nCYCL DEF 10.0\n; a remark\nCYCL DEF 10.1 ROT+30", ("VP005", 7, None, "CYCL DEF 7.1 is missing "
      "after 7.0, so nothing of cycle 7 is set; write it with the axes and their shifts")),
-    ("L X+1 FMAX\nLBL 1\nLBL 0\nLBL 1\nLBL 0", ("VP023", 10, 1, "LBL 1 appears twice, first in line 8")),
+    (
+        "L X+1 FMAX\nLBL 1\nLBL 0\nLBL 1\nLBL 0",
+        ("VP023", 10, 1, "LBL 1 appears twice, first in line 8; write CALL LBL 1 in the line that calls it"),
+    ),
     ("APPR LT X+0 Y+0 LEN10 RL F100\nL X+50\nDEP LT\nL Z+70 R0 FMAX",
      ("VP005", 9, None, "DEP LT needs LEN, greater than 0")),
 ])  # fmt: skip

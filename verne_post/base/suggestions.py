@@ -18,6 +18,8 @@ _LEAST_DIGITS: Final = 3
 DIGITS_OF_LABELS: Final = 2
 #: Characters of a word that are looked at, so that a long one takes no time.
 _LONGEST_WORD: Final = 20
+#: The digit whose key is above that of a letter, or that looks like it.
+DIGITS_OF_KEYS: Final = str.maketrans("OPLQWERTYUI", "00112345678")
 #: The end of a message about a word for which another reading is as likely: nothing is executed as it.
 MAY_BE_MEANT: Final = " may be meant"
 _CODE: Final = re.compile(r"[GM]\d+")

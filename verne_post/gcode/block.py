@@ -13,7 +13,7 @@ from msgspec import Struct, field
 
 from verne_post.base.suggestions import MAY_BE_MEANT, drop_doubles, has_one_more
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
-from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant
+from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant, write_words
 from verne_post.gcode.templates import read_by_template
 from verne_post.model.findings import Remedy
 
@@ -59,6 +59,10 @@ _EXPRESSION: Final = re.compile(rf"(?<=[A-Za-z= \t])(?:[-+][ \t]*)?{_OPERAND}(?:
 
 #: ``0<name>`` and ``0100 endsub`` for o.
 ZERO_FOR_O: Final = re.compile(rf"0(<[^<>]*>|\d+(?=(?:{'|'.join(KEYWORDS)})))", re.IGNORECASE)
+#: Keys beside those of words of places.
+_KEYS_OF_TWICE: Final = {"A": "Z", "C": "X", "X": "Z", "Z": "X", "I": "JK", "J": "KI", "K": "JI"}
+#: X36/ for X36.: the keys are side by side.
+_SLASH_FOR_POINT: Final = re.compile(r"(?<![A-Z#<])[A-Z][-+]?\d+$")
 #: Codes that often stand alone in a block, or beside few words.
 _NUMBERS_OF_M: Final = ("1", "2", "3", "4", "5", "6", "7", "8", "9", "30")
 #: What follows the o of ``oh<ole>``.
@@ -71,6 +75,8 @@ _NAME_WITHOUT_HASH: Final = re.compile(r"[3$](<[^<>]+>)")
 _CODES_WITH_POINT: Final = ("5.1", "05.1", "43.4", "43.5", "53.1", "54.1", "54.2", "68.2", "68.3")
 _FEED_OR_PLACE: Final = re.compile(r"(?<![A-Z<_])[ABCFXYZ](?=[-+.\d#\[])")
 _BARE_NUMBER: Final = re.compile(r"[-+]?[\d.]*")
+#: Statements of custom macros, before which no word stands but N.
+_STATEMENT_BEHIND: Final = re.compile(r"(?:WHILE|IF)\[|GOTO\d|END\d|#\d+=")
 #: A name that is set, without its #.
 _BARE_NAME: Final = re.compile(r"<[^<>=]+>(?==)")
 
@@ -238,7 +244,8 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
             if character in "GM":
                 block.codes.append((character, number, reader.find_column(at)))
             elif character in block.words:
-                raise reader.error("VP004", f"{character} appears twice in the block", at)
+                edits = _list_other_words(characters, character, line)
+                raise reader.error("VP004", f"{character} appears twice in the block", at, edits)
             else:
                 block.words[character] = number
                 block.columns[character] = reader.find_column(at)
@@ -259,15 +266,30 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
                 wrong, right = match[0].lower(), f"#{match[1].lower()}"
                 what = "the digit on the key of the #" if wrong[0] == "3" else "the key beside that of the #"
                 raise reader.error("VP001", f"{wrong}: {what}; did you mean {right}?", begin)
-            text = _describe_strange(character, reader, at, first=first, has_number=has_number)
-            edits: tuple[Remedy, ...] = ()
+            text, edits = _describe_strange(character, reader, at, first=first), tuple[Remedy, ...]()
+            if character in "0123456789+-.":
+                text, edits = _describe_number(reader, at, first=first, has_number=has_number)
             if (match := _M_BEHIND_NUMBER.match(characters, at)) and match[1] in _NUMBERS_OF_M:  # keys side by side
                 right = f"M{match[1]}"
                 text += f"; write {right} if that is meant"
-                edits = (Remedy(f"write {right}", right, misspelt=match[0], is_choice=True),)
+                edits = write_words(match[0], right, is_choice=True)
+            if character == "/" and (match := _SLASH_FOR_POINT.search(characters, 0, at)):
+                text = f"{match[0]}/: a / in place of the point; did you mean {match[0]}.?"
+                raise reader.error("VP001", text, match.start())
             raise reader.error("VP001", text, at, edits)
         first = has_number = False
     return block
+
+
+def _list_other_words(characters: str, letter: str, line: int) -> tuple[Remedy, ...]:
+    """The edits of a block in which a word stands twice: one of both may be another one whose key is beside."""
+    words = [one[0] for one in re.finditer(rf"(?<![A-Z#<]){letter}[-+]?[\d.]+", characters)]
+    nears = [one for one in _KEYS_OF_TWICE.get(letter, "") if re.search(rf"{one}[-+.\d#\[]", characters) is None]
+    rights = {one: [f"{near}{one[1:]}" for near in nears] for one in words}
+    if words and letter in "BHJM" and characters.startswith(words[0]) and words[0][1:].isdigit():
+        rights[words[0]] = [f"N{words[0][1:]}"]
+    edits = (write_words(wrong, *some, line=line, is_choice=True) for wrong, some in rights.items())
+    return sum(edits, ()) if len(rights) == len(words) else ()
 
 
 def read_setting(reader: ValueReader) -> tuple[Key, float, int]:
@@ -379,6 +401,10 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
         or text.count("[", found.start(), at) > text.count("]", found.start(), at)
     ):
         return None
+    if parts := re.fullmatch(r"(\d+)(-)(\d+\.?\d*)", found[0]):  # the sign may be a place too far
+        rights = [f"-{parts[1]}{parts[3]}", f"[{found[0]}]"]
+        message = f"{found[0]}: a sign behind a digit; write {rights[0]}, or {rights[1]} for an expression"
+        return ProgramError("VP001", message, found.start() + 1, edits=write_words(found[0], *rights))
     right = f"[{found[0]}]"
     is_closed = text[found.end() : found.end() + 1] == "]" and text.count("[") < text.count("]")
     wrong = f"{found[0]}]" if is_closed else found[0]
@@ -396,7 +422,34 @@ def _list_letters_behind_value(code: str, at: int, number: str) -> str:
     return (letters if is_feed else letters.removeprefix("F")) or "XYZ"
 
 
-def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool, has_number: bool) -> str:
+def _describe_number(reader: ValueReader, at: int, *, first: bool, has_number: bool) -> tuple[str, tuple[Remedy, ...]]:
+    """The message about a number where a word begins, and the edits of which each may be meant."""
+    number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
+    if not any(sign.isdigit() for sign in number):
+        return f"{number}: a sign without a number; write the number, or brackets around an expression: X[5+#1]", ()
+    start = f"{number}: a number without a letter before it"
+    if (first or has_number) and number in _CODES_WITH_POINT:
+        return f"{start}; did you mean G{number}?", ()
+    if first and number.isdigit() and reader.characters[at + len(number) :].startswith("="):
+        if number[0] == "3" and len(number) > 1:  # whose key has the # of many keyboards
+            words = [f"#{number[1:]}", f"#{number}"]
+            return f"{start}; {' or '.join(words)}{MAY_BE_MEANT}", write_words(number, *words)
+        return f"{start}; did you mean #{number}?", ()
+    code = "G" if len(number) <= len("99") else "S"
+    code += "M" if number in _NUMBERS_OF_M else ""
+    letters = _list_letters_behind_value(reader.characters, at, number)
+    if number.isdigit() and (first or has_number):
+        is_statement = _STATEMENT_BEHIND.match(reader.characters, at + len(number)) is not None
+        if first and is_statement:
+            return f"{start}; did you mean N{number}?", ()
+        letters = f"N{code}" if first else code
+    words = [f"{letter}{number}" for letter in letters]
+    *some, last = words
+    such = f"{', '.join(some)} or {last}" if some else last
+    return f"{start}; write its letter, such as {such}", write_words(number, *words, is_choice=True)
+
+
+def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool) -> str:
     if character == "N":
         return "N must be the first word of a block"
     if character == "O":
@@ -405,24 +458,6 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
         return f"'{character}' without a letter before it"
     if character == "$":
         return "'$': this machine has one spindle, numbers of spindles mean nothing here"
-    if character in "0123456789+-.":
-        number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
-        if not any(sign.isdigit() for sign in number):
-            return f"{number}: a sign without a number; write the number, or brackets around an expression: X[5+#1]"
-        if (first or has_number) and number in _CODES_WITH_POINT:
-            return f"{number}: a number without a letter before it; did you mean G{number}?"
-        if first and number.isdigit() and reader.characters[at + len(number) :].startswith("="):
-            if number[0] == "3" and len(number) > 1:  # whose key has the # of many keyboards
-                return f"{number}: a number without a letter before it; #{number[1:]} or #{number}{MAY_BE_MEANT}"
-            return f"{number}: a number without a letter before it; did you mean #{number}?"
-        code = "G" if len(number) <= len("99") else "S"
-        code += "M" if number in _NUMBERS_OF_M else ""
-        letters = _list_letters_behind_value(reader.characters, at, number)
-        if number.isdigit() and (first or has_number):
-            letters = f"N{code}" if first else code
-        *some, last = [f"{letter}{number}" for letter in letters]
-        such = f"{', '.join(some)} or {last}" if some else last
-        return f"{number}: a number without a letter before it; write its letter, such as {such}"
     if first and (name := _BARE_NAME.match(reader.characters, at)):
         return f"{name[0]}: a name without # before it; did you mean #{name[0]}?"
     if character == "/" and not first:

@@ -8,15 +8,22 @@ from typing import Final
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant, has_one_more, list_near_numbers
+from verne_post.base.suggestions import (
+    DIGITS_OF_KEYS,
+    MAY_BE_MEANT,
+    find_correction,
+    find_meant,
+    has_one_more,
+    list_near_numbers,
+)
 from verne_post.gcode.codes import make_unknown_function
 from verne_post.gcode.program_error import write_words
+from verne_post.gcode.text import count_name
 from verne_post.model.findings import Finding, Remedy
 
 #: Characters of a line that are looked at on both sides of a column.
 _LONGEST: Final = 40
 _LONGEST_NAME: Final = 90
-_AS_DIGITS: Final = str.maketrans("OPLQWERTYU", "0011234567")
 #: The label of an O word with a letter in its number, its O one place too far, or a key beside O.
 _LABEL: Final = re.compile(
     r"[ \t]*(?:N\d+[ \t]*)?"
@@ -49,7 +56,6 @@ _WITH_T: Final = re.compile(r"(?<![A-Z_#<])T[ \t]*[\d=#]", re.IGNORECASE)
 _FUNCTIONS_ALONE: Final = re.compile(r"[ \t/]*(?:N?\d+[ \t]*)?(?:M\d+[ \t]*)+(?:[;(].*)?\r?", re.IGNORECASE)
 _NEXT_PROGRAM: Final = re.compile(rb"\s*(?:%|O[ \t]*\d|\d*[ \t]*END[ \t]+PGM)", re.IGNORECASE)
 _BLANK_LINES: Final = 5
-_OPEN_LOST: Final = re.compile(r"[^\[\]]{1,40}\]")
 _SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
 _LESS_BEHIND: Final = re.compile(r"#([A-Z_])<(\w{0,40})>", re.IGNORECASE)
 _BARE_NAME: Final = re.compile(r"[ \t]*(<[^<>=]+>)[ \t]*=")
@@ -57,7 +63,6 @@ _BARE_NAME: Final = re.compile(r"[ \t]*(<[^<>=]+>)[ \t]*=")
 _VARIABLE: Final = re.compile(rb"#(?:<[^<>\n]{1,80}>|\d{1,5}(?!\d))")
 _SET: Final = re.compile(_VARIABLE.pattern + rb"(?=[ \t]*=(?!=))")
 _OF_AXIS: Final = re.compile(r"_[a-cu-z]>", re.IGNORECASE)
-_NOT_OPEN: Final = re.compile(r"(o\S+) (\w+) without \1 .+ before it; (o\S+) \w+ \(line (\d+)\) is open")
 #: A program number with the key beside O; what ends a program or stands before the first.
 _HEAD: Final = re.compile(r"[ \t]*([IKLP](\d{2,9}))[ \t]*(?:\(|$)", re.IGNORECASE)
 _BEFORE_HEAD: Final = re.compile(rb"\s*(?:%|(?:N\s*\d+\s*)?M\s*0*(?:2|30|99)\b)", re.IGNORECASE)
@@ -67,15 +72,13 @@ _NUMBER_OF_VARIABLE: Final = re.compile(r"[ \t]*(3\d{1,5})[ \t]*=")
 _EDGE: Final = re.compile(r"E(\d{1,3})(?![\d.])", re.IGNORECASE)
 _OF_CONTOUR: Final = re.compile(r"G4[12](?![\d.])", re.IGNORECASE)
 _CALL_SWAPPED: Final = re.compile(r"M89(?=[ \t]*P[ \t]*\d)", re.IGNORECASE)
-_LETTERLESS: Final = re.compile(r"(\S+): a number without a letter before it; write its letter, such as ([^;]+)")
-_WORD_BEFORE_BLANK: Final = re.compile(r"([A-Z][-+]?[\d.]+)[ \t]+(?=[\d.])", re.IGNORECASE)
 
 
 def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Finding | None:
     """What a slip in the line of an error is, and the edits that settle it; None where it is none of these."""
     if item.code in ("VP001", "VP023") and (match := _LABEL.match(text)) and _is_at(match, item, 1):
         wrong = match[1]
-        right, what = f"{wrong[0]}{wrong[1:].upper().translate(_AS_DIGITS)}", "a letter in a number"
+        right, what = f"{wrong[0]}{wrong[1:].upper().translate(DIGITS_OF_KEYS)}", "a letter in a number"
         if wrong[1:2] in "Oo" and wrong[0] in "Oo" and wrong[2:].isdecimal():
             right, what = wrong[1:], "the letter is there twice"
         if wrong[1] in "Oo" and wrong[0].isdigit():
@@ -86,7 +89,7 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
         return replace(item, code="VP001", message=message, column=match.start(1) + 1, edits=(), settled_by=())
     if item.code == "VP001" and (match := _NAME_OF_LABEL.match(text)) and _is_at(match, item, 1):
         wrong, right = match[1], f"o<{match[2]}>"
-        if wrong[0] != "<" or (_count(source, right) and not _count(source, f"o{wrong}")):
+        if wrong[0] != "<" or (count_name(source, right) and not count_name(source, f"o{wrong}")):
             message = f"{wrong}: the < of the name is {'missing' if wrong[0] != '<' else 'before the o'}"
             message += f"; did you mean {right}?"
             return replace(item, message=message, column=match.start(1) + 1, edits=())
@@ -151,20 +154,13 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
         edit = Remedy("write M99", "M99", line=item.line or 0, misspelt="M89", is_choice=True)
         message = f"M89: no meaning in this language; M99, the end of a subprogram, {MAY_BE_MEANT.strip()}"
         return replace(item, message=message, edits=(edit,))
-    if item.code == "VP023" and (match := _NOT_OPEN.match(item.message)):
-        wrong, right = match[3], match[1]
-        if _count(source, wrong) > 1 or _count(source, right) < len(("end", "call")):
-            return None
-        message = f"line {match[4]} has {wrong}, which nothing else names; write {right} there"
-        edit = Remedy(f"write {right}", right, line=int(match[4]), misspelt=wrong)
-        return replace(item, message=f"{item.message}; {message}", edits=(edit,))
     if item.code == "VP006" and dialect == "fanuc" and (match := _HEAD.match(text)) and _is_at(match, item, 1):
         before = take_line(source, (item.line or 1) - 1) if (item.line or 1) > 1 else None
         if before is None or not _BEFORE_HEAD.match(before):
             return None
         message = f"{match[1]}: nothing in the block uses it; did you mean O{match[2]}?"
         return replace(item, message=message, edits=(), settled_by=())
-    if item.code == "VP017" and "under cutter compensation" in item.message:
+    if item.code == "VP017" and any(one.value == "G40" for one in item.edits):
         match = _LENGTH_OR_MOVE.search(remove_remarks(text, dialect))
         if match is None or re.search(r"G[ \t]*0*4[39]", text, re.IGNORECASE):
             return None
@@ -180,18 +176,15 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
 
 
 def _find_written_so(source: Text, text: str, item: Finding) -> tuple[str, str, int, str] | None:
-    """What is written and meant, the column and the cause: a bracket is lost, or a sign or < one place too far."""
+    """What is written and meant, the column and the cause: a sign or < is one place too far."""
     at = (item.column or 1) - 1
-    if item.message == "expected '['" or "needs its value, in brackets" in item.message:
-        match = _OPEN_LOST.match(text, at)
-        return None if match is None else (match[0], f"[{match[0]}", at + 1, "the bracket before it is missing")
     begin, end = max(at - _LONGEST, 0), at + _LONGEST
     for pattern, right, what in (
         (_SIGN_BEHIND, r"\1-\2\3", "the sign after a digit"),
         (_LESS_BEHIND, r"#<\1\2>", "the < after a letter"),
     ):
         for match in pattern.finditer(text, begin, end):
-            if pattern is _LESS_BEHIND and _count(source, f"#<{match[2]}>"):
+            if pattern is _LESS_BEHIND and count_name(source, f"#<{match[2]}>"):
                 right, what = r"\1#<\2>", "the # before its letter"
             if _is_at(match, item):
                 return match[0], match.expand(right), match.start() + 1, what
@@ -265,11 +258,6 @@ def _is_at(match: re.Match[str], item: Finding, group: int = 0) -> bool:
     return match.start(group) < (item.column or 0) <= match.end(group) + 1
 
 
-def _count(source: Text, name: str) -> int:
-    """How often a name stands in a program."""
-    return len(re.findall(rb"(?<![\w])%b(?!\w)" % re.escape(name.encode()), bytes(source), re.IGNORECASE))
-
-
 def _find_letter_of_digit(text: str, item: Finding) -> Finding | None:
     """The word at a column, with the digit whose key is beside in place of a letter; 0 alone looks like its P."""
     at = (item.column or 1) - 1
@@ -279,7 +267,7 @@ def _find_letter_of_digit(text: str, item: Finding) -> Finding | None:
         is_zero, has_digit = match[3] in "Pp", bool(match[2].strip("."))
         if not _is_at(match, item) or not (has_digit or match[4][:1] == "." or not is_zero):
             continue
-        right = f"{match[1]}{match[2]}{match[3].upper().translate(_AS_DIGITS)}{match[4]}"
+        right = f"{match[1]}{match[2]}{match[3].upper().translate(DIGITS_OF_KEYS)}{match[4]}"
         is_sure = item.code == "VP001" and is_zero
         meaning = f"did you mean {right}?" if is_sure else f"{right}{MAY_BE_MEANT}"
         meaning += "" if is_zero else ", whose key is beside"
@@ -287,21 +275,6 @@ def _find_letter_of_digit(text: str, item: Finding) -> Finding | None:
         message = f"{match[0]}: the letter {match[3].upper()} in a number; {meaning}"
         return replace(item, code="VP001", message=message, column=match.start() + 1, edits=(edit,))
     return None
-
-
-def write_letters(text: str, item: Finding) -> Finding:
-    """The letters that a message names before a number, and the number without its blank, as choices."""
-    if item.edits or (match := _LETTERLESS.match(item.message)) is None:
-        return item
-    number = match[1]
-    edits = list(propose_words(item, number, re.findall(rf"[A-Z#]{re.escape(number)}(?![\d.])", match[2])))
-    if " without the blank" in item.message:
-        begin = max((item.column or 1) - 1 - _LONGEST, 0)
-        words = _WORD_BEFORE_BLANK.finditer(text, begin, item.column or 1)
-        word = next((one for one in words if one.end() == (item.column or 1) - 1), None)
-        if word is not None:
-            edits[:0] = propose_words(item, f"{word[0]}{number}", [f"{word[1]}{number}"])
-    return replace(item, edits=tuple(edits))
 
 
 def propose_words(item: Finding, wrong: str, rights: Iterable[str]) -> tuple[Remedy, ...]:

@@ -12,7 +12,7 @@ from typing import Final, Protocol
 
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, MAY_BE_MEANT, find_meant, has_one_more
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
-from verne_post.gcode.program_error import ProgramError, close_here
+from verne_post.gcode.program_error import ProgramError, close_here, write_words
 from verne_post.model.findings import Remedy
 
 #: Numbers beyond this mean nothing in any word, and would overflow somewhere.
@@ -31,6 +31,8 @@ _LETTERS: Final = re.compile(r"[A-Z]+")
 _DIGITS: Final = re.compile(r"[\d.]*")
 #: A value without its brackets.
 _CLOSED_NUMBER: Final = re.compile(r"\[([-+]?[\d.]+)\]$")
+#: What a ] closes whose [ is lost.
+_OPEN_LOST: Final = re.compile(r"[^\[\](]{1,40}\]")
 _OPERAND: Final = re.compile(r"-?(?:[\d.]+|#(?:\d+|<[^<>]*>))(?=[\[(]|$)")
 _IS_OVER: Final = re.compile(r"[A-Z(]|$")
 OPERATOR: Final = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR")
@@ -187,6 +189,9 @@ class ValueReader:
                 text = f"{operand}: values of {owner} are written in brackets; did you mean {right}?"
             elif owner:
                 text = f"{owner} needs its value, in brackets: {owner} [...]"
+            if not edits and (lost := _OPEN_LOST.match(self.characters, begin)):
+                text = f"{lost[0]}: the bracket before it is missing"
+                edits = write_words(lost[0][0], f"[{lost[0][0]}")
             raise self.error("VP001", text, begin, edits)
         value = self._read_until("]", begin)
         self.at += 1

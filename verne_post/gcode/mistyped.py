@@ -14,7 +14,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name_pasted, translate_pasted
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
-from verne_post.gcode.block_slips import explain_function, explain_slip, propose_words, write_letters
+from verne_post.gcode.block_slips import explain_function, explain_slip, propose_words
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
 
@@ -70,10 +70,12 @@ _NO_MACRO_WORD: Final = "no word of custom macros"
 _WITH_POINT: Final = re.compile(r"[ABCFIJKQRUVWXYZ][-+]?\d+", re.IGNORECASE)
 _DIVIDED_NUMBER: Final = re.compile(r"(?<![A-Za-z_])[A-Z][-+]?\d+([lI])(?:\.\d*|\d+\.?\d*)(?![\w.])")
 _NUMBER_WITH_POINT: Final = re.compile(rb"[XYZ][-+]?\d+\.", re.IGNORECASE)
+#: A digit of a block number behind its blank.
+_NUMBER_OF_BLOCK: Final = re.compile(r"^[ \t]*(N\d+)[ \t](\d+)([G#]|(?:END|WHILE|IF|GOTO)(?![A-Z]))", re.IGNORECASE)
 #: In blocks of letters and numbers: the first digit before its letter, and a # before the letter.
 _WRONG_ORDER: Final = (
     (
-        re.compile(r"(?<![\w.\])#])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
+        re.compile(r"(?<![\w.\])#])(?<!\d\.[ \t])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
         _BEFORE_LETTER,
         r"\2\1\3",
     ),
@@ -92,7 +94,7 @@ _WRONG_ORDER: Final = (
         _I_IN_NUMBER,
         r"\g<1>1",
     ),
-    (re.compile(r"(#\d+)[lI]()(?=[ \t]*[-+*/\]])"), "a letter in a number", r"\g<1>1"),
+    (re.compile(r"(#\d+)[lI](\d*)(?=[ \t]*(?:[-+*/\]]|=(?!=)))"), "a letter in a number", r"\g<1>1\2"),
     (
         re.compile(r"(?<![\w\]=\[*/+-])([-+])([A-Z])(\d+\.?\d*|\.\d+)(?![\w.])", re.IGNORECASE),
         "the sign before its letter",
@@ -339,15 +341,16 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         message = f"a comment is closed that no '(' begins; write ({wrong}"
         return replace(item, message=message, column=match.start(1) + 1, edits=(edit,))
     if (
-        item.code in ("VP002", "VP011")
+        item.code in ("VP002", "VP011", "VP012")
         and dialect == "fanuc"
         and (match := _FIRST_WORD.match(text))
         and match.start(1) + 1 == item.column
         and _is_numbered(source, item.line)
     ):
         edit = Remedy(f"write N{match[2]}", f"N{match[2]}", line=item.line, misspelt=match[1], is_choice=True)
-        message = f"{item.message}; write N{match[2]} if a block number is meant"
-        return replace(item, message=message, edits=(edit, *item.edits))
+        message = f"{match[1]}: N{match[2]}{MAY_BE_MEANT}, a block number; as it stands: {item.message}"
+        others = (replace(one, is_choice=True) for one in item.edits)
+        return replace(item, message=message, edits=(edit, *others))
     is_unread = item.code in UNREADABLE or _is_value(text, item.column, item.code)
     correction = find_correction(item.message)
     is_explained = slip is not None or (correction is not None and " " in correction[1])
@@ -385,8 +388,6 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
                 message, begin, *_words = _report(match, "the letter l in a number", f"{match[0][:-1]}1")
                 item = replace(item, code="VP001", message=message, column=begin + 1)
     correction, begin = find_correction(item.message), (item.column or 1) - 1
-    if correction is None and dialect in _BLOCKS and item.code == "VP001":
-        item = write_letters(text, item)
     if correction is None or item.edits:
         return (
             replace(item, edits=item.edits or _close_quote(text, begin, item.line or 0))
@@ -462,6 +463,14 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
             is_word = match[1].strip().upper() not in _COMPARISONS
             if match.start() <= at <= match.end() and is_word:
                 return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
+    if dialect == "fanuc" and (block := _NUMBER_OF_BLOCK.match(line)) and block.start(2) <= at <= block.end():
+        right = block.expand(r"\1\2 \3")
+        return (
+            f"{block[0].strip()}: the blank is at a wrong place; did you mean {right}?",
+            block.start(1),
+            block[0].strip(),
+            right,
+        )
     for pattern, what, right in _WRONG_ORDER if dialect in _BLOCKS else ():
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             # in 1G1X5, without blanks, a letter may be lost

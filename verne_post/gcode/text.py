@@ -16,7 +16,7 @@ from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import ZERO_FOR_O, Block, build_block_of_words, read_block, refuse_zero
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, end_with
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, end_with, write_words
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import WordTable, count_lines, find_chunk_end, read_whole_lines, split_words
 from verne_post.model.findings import Remedy
@@ -218,7 +218,7 @@ class ProgramText(ChunkedText):
         ProgramError
             VP023, with its line: labels that do not fit together.
         """
-        structure, open_words = Structure(), _Opened()
+        structure, open_words = Structure(), _Opened(self.source)
         line, at = 1, 0
         lines = re.compile(_O_LINE % self.language.o_letters, re.MULTILINE | re.IGNORECASE)
         for match in lines.finditer(self.source):
@@ -258,6 +258,11 @@ class ProgramText(ChunkedText):
 def take_code(line: str) -> str:
     """A line without its comment; a semicolon inside a text begins none."""
     return _BEFORE_REMARK.match(line)[0] if ";" in line else line  # type: ignore[index]
+
+
+def count_name(source: Text, name: str) -> int:
+    """How often a name stands in a program."""
+    return len(re.findall(rb"(?<![\w])%b(?!\w)" % re.escape(name.encode()), bytes(source), re.IGNORECASE))
 
 
 def decode_line(raw: bytes) -> str:
@@ -306,7 +311,8 @@ class _Construct(Struct):
 class _Opened:
     """Constructs that are open while a text is read from top to bottom."""
 
-    def __init__(self) -> None:
+    def __init__(self, source: Text) -> None:
+        self._source = source
         self._open: list[_Construct] = []
 
     def take(self, structure: Structure, block: Block) -> None:
@@ -368,8 +374,12 @@ class _Opened:
             still, edits = "", tuple[Remedy, ...]()
             if self._open:
                 item = self._open[-1]
-                still, right = f"; {self._describe(item)} is open", f"o{item.label}"
-                edits = (Remedy(f"write {right}", right, misspelt=f"o{label}"),) if item.kind == opening else ()
+                still, wrong, right = f"; {self._describe(item)} is open", f"o{item.label}", f"o{label}"
+                if count_name(self._source, wrong) == 1 and count_name(self._source, right) >= len(("end", "call")):
+                    still += f"; line {item.line} has {wrong}, which nothing else names; write {right} there"
+                    edits = write_words(wrong, right, line=item.line)
+                elif item.kind == opening:
+                    edits = write_words(right, wrong)
                 if item.label == label and kind in _CLOSES:
                     edits = (Remedy(f"write {_ENDS[item.kind]}", _ENDS[item.kind], misspelt=kind),)
             raise ProgramError(

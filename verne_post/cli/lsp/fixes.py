@@ -415,7 +415,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     if item.code == "VP038":
         words = [(at, at, ".") for at in list_missing_points(text)]
         title = f"Write the point after {format_count(len(words), 'number')} without one"
-        yield _change_words(title, found.path, text, words)
+        # the point of a lone number may have been between its digits
+        yield _change_words(title, found.path, text, words, is_choice=len(words) == 1)
     if item.code == "VP006" and item.column is not None and not item.edits:
         begin, end = _find_span(item, text)
         if _REST_OF_VALUE.search(text[:begin].rpartition("\n")[2]) is None:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from itertools import accumulate, pairwise
 from typing import Final
@@ -108,7 +108,7 @@ def is_number(word: str) -> bool:
     return _NUMBER.match(word) is not None
 
 
-def correct_word(statement: Statement, words: Sequence[str], known: Sequence[str]) -> None:
+def correct_word(statement: Statement, words: Sequence[str], known: Collection[str]) -> None:
     """Raise ProgramError for the first of the words that is near one which the statement knows, but none of them."""
     for word in words:
         near = "" if word.upper() in known else find_meant(word.upper(), known)

@@ -200,9 +200,10 @@ def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
     if (written_text := re.match(r"Q[ \t]+(\d+)[ \t]*=", rest)) is not None:
         right = f"Q{written_text[1]}="
         return statement.refuse_word(written_text[0], "a blank is in the number", right, at=head.at + at)
-    other = re.match(r"([A-PR-Z])(\d{3})(?=[ \t]*=)", rest)
-    if other is not None and (int(other[2]) in (*needs, *defaults) or not needs):
-        text = f"{other[0]}: no parameter; did you mean Q{other[2]}?"
+    other = re.match(r"(?:[A-PR-Z12](\d{3})|(\d)Q(\d\d))(?=[ \t]*=)", rest)
+    digits = "" if other is None else other[1] or other[2] + other[3]
+    if other is not None and (int(digits) in (*needs, *defaults) or not needs):
+        text = f"{other[0]}: no parameter; did you mean Q{digits}?"
         return statement.error("VP001", text, head.at + at)
     if (written_text := re.match(r"Q(\d+)([-+])=(?=[\d.,])", rest)) is not None:
         right = f"Q{written_text[1]}={written_text[2]}"

@@ -4,7 +4,7 @@ import re
 from itertools import pairwise
 from typing import Final
 
-from verne_post.base.suggestions import drop_doubles, find_meant
+from verne_post.base.suggestions import DIGITS_OF_KEYS, drop_doubles, find_meant
 from verne_post.gcode.klartext.vocabulary import PLANES, REFUSED_STATEMENTS, STATEMENTS
 from verne_post.gcode.program_error import ProgramError, write_words
 
@@ -118,6 +118,14 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
         return ProgramError("VP001", what, with_letter.start() + 1 + len(text) - len(text.lstrip()))
     if swapped_words := _find_swapped(text, begin):
         return swapped_words
+    if (
+        number[2]
+        and (moved := re.match(r"(\d+)([A-Z]+)(?=[ \t])", text[begin:]))
+        and _fits(moved[2], text[begin:][moved.end() :])
+    ):
+        wrong = text[number.start(2) : begin + moved.end()]
+        what = f"{wrong}: the blank is at a wrong place; did you mean {number[2]}{moved[1]} {moved[2]}?"
+        return ProgramError("VP001", what, number.start(2) + 1)
     if number[2] and (digits := re.match(r"\d+(?=[ \t])", text[begin:])) is not None:
         if re.match(r"\d+[ \t]*=", text[begin:]):
             what = f"{digits[0]}: the Q before the number is missing; did you mean Q{digits[0]}?"
@@ -237,7 +245,9 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if (joined_text := re.match(r"([A-Z]{2,})(?=[-+]?[\d.])", first)) and joined_text[1] in STATEMENTS:
         right = f"{joined_text[1]} {first[joined_text.end() :]}"
         return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
-    if moved_blank := re.match(r"([LC])(I?[XYZABC]|M)[ \t]+([-+]?\d[\d.,]*)", text[begin:]):
+    if moved_blank := re.match(
+        r"([LC])(I?[XYZABC]|M|I(?=[ \t]+[XYZABC]))[ \t]+([XYZABC]?[-+]?\d[\d.,]*)", text[begin:]
+    ):
         right = f"{moved_blank[1]} {moved_blank[2]}{moved_blank[3]}"
         return ProgramError(
             "VP001", f"{moved_blank[0]}: the blank is at a wrong place; did you mean {right}?", begin + 1
@@ -251,9 +261,10 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
         return ProgramError("VP001", f"{first}: the number of the parameter is missing, as in {first}1 =", begin + 1)
     if first in ("K", "O", "P") and re.match(r"[ \t]+I?[XYZABC][-+]?[\d.]", rest):  # keys beside L
         return ProgramError("VP002", f"{first}: no path function; did you mean L?", begin + 1)
-    if re.fullmatch(r"[NJK]\d{1,3}", text[begin:].rstrip()):  # keys beside M
-        edits = write_words(first, f"M{first[1:]}", is_choice=True)
-        message = f"{first}: Klartext has no {first[0]} words; write M{first[1:]} if the M function is meant"
+    if re.fullmatch(r"[NJK]\d{1,3}|M\d?[QWERTYU]\d?", first):  # keys beside M, and above digits
+        right = f"M{first[1:].translate(DIGITS_OF_KEYS)}"
+        edits = write_words(first, right, is_choice=True)
+        message = f"{first}: no meaning in this language; write {right} if the M function is meant"
         return ProgramError("VP001", message, begin + 1, edits=edits)
     if path := _find_path(text[begin:]):
         return ProgramError("VP002", f"{first}: no meaning in this language; did you mean {path}?", begin + 1)

@@ -39,6 +39,10 @@ from verne_post.model.findings import Remedy
 _BEGIN: Final = re.compile(rb"\s*(?:\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]+(\S+[ \t]+(?:MM|INCH))\b", re.IGNORECASE)
 
 
+#: What follows LBL or CALL LBL where the label is lost.
+_NO_LABEL: Final = re.compile(r"[ \t]*(?:REP\b|$)")
+
+
 class _Call(Struct):
     """One call: of a label, or of a ``program``; ``repeats`` counts what is left of each REP by its line."""
 
@@ -73,7 +77,7 @@ class KlartextFlow:
         frame = self.calls.frame
         is_label = self.calls.in_call and not frame.program
         if jump.kind == "end":
-            if is_label:
+            if is_label and not self.calls.text.label_errors:  # one of them may be its end
                 end = Remedy("write LBL 0", "LBL 0", line=line, way="before")
                 text = f"LBL {frame.label}, which CALL LBL has called, runs on into END PGM; write LBL 0 before it"
                 raise ProgramError("VP023", text, edits=(end,))
@@ -349,6 +353,8 @@ class _KlartextRun:
                             f"; line {following - 1} has no ~ at its end, and parameters follow it: write ~"
                         )
                         error.edits += _write_tilde(following - 1)
+                if statement.keyword in ("LBL", "CALL LBL") and _NO_LABEL.match(statement.rest):
+                    text.name_label(error, statement.keyword, line)
                 if correct_line(parts[0], error) is None and flow.recovery.pass_failed(statement, error):
                     return
                 raise

@@ -106,6 +106,10 @@ class KlartextPatterns:
         if (number in REFUSED_CYCLES or number not in CYCLES) and (meant_number := find_cycle_of(head)):
             text = f"{number}: no cycle of these parameters; did you mean {meant_number}?"
             raise statement.error("VP001", text, head.begin)
+        rest_of_number = re.match(r"[ \t]+\d{1,2}(?=[ \t]+[A-Z])", head.rest)
+        if rest_of_number and int(right := f"{number}{rest_of_number[0].strip()}") in CYCLES:
+            text = f"{number}{rest_of_number[0]}: a blank is in the number; did you mean {right}?"
+            raise statement.error("VP001", text, head.begin)
         if number in REFUSED_CYCLES:
             raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", head.begin)
         if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT and self._has_lost_point(head):

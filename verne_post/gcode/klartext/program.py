@@ -27,7 +27,7 @@ from verne_post.gcode.klartext.statements import Statement, refuse_label
 from verne_post.gcode.klartext.words import Words, read_words
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import warn_of_curve
-from verne_post.gcode.program_error import At
+from verne_post.gcode.program_error import At, write_words
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.model.findings import Remedy
@@ -341,6 +341,9 @@ class Klartext:
             if find_meant(word, ("REP",), least=3, slip_alone=True):
                 text = f"{word}: no meaning in this language; did you mean REP?"
                 raise statement.error("VP001", text, match.end())
+            if word == "REP" and not rest.split()[1:]:
+                text = "REP needs the number of repeats behind it; without REP, CALL LBL calls a subprogram up to LBL 0"
+                raise statement.error("VP001", text, match.end())
             edits = (Remedy(f"write ;{word}", f";{word}", misspelt=word, is_choice=True),) if word != "REP" else ()
             text = f"{rest.strip()[:15]!r} after CALL LBL; expected REP and a number, or ; before a remark"
             raise statement.error("VP001", text, match.end(), edits)
@@ -351,6 +354,9 @@ class Klartext:
 
     def _label(self, statement: Statement) -> None:
         match = _LABEL.match(statement.rest)
+        if match is not None and _REPEAT.match(statement.rest, match.end()):
+            edits = write_words("LBL", "CALL LBL")
+            raise statement.error("VP001", "a label has no REP; write CALL LBL to repeat", -len("LBL"), edits)
         if match is None or match.group(3) or statement.rest[match.end() :].strip():
             raise refuse_label(statement)
         name = self._find_label(match)

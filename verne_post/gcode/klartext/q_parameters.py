@@ -256,8 +256,11 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
     if match is None:
         digits = re.match(r"[ \t]*(\d{1,2})", statement.rest)
         right = f"FN {digits[1]}:" if digits else "FN 0:"
-        edits = (Remedy(f"write {right}", f"{digits[1]}:", misspelt=digits[1]),) if digits else ()
-        raise statement.error("VP001", f"a colon is missing after the number of FN; write {right}", 0, edits)
+        text = f"a colon is missing after the number of FN; write {right}"
+        edits = write_words(digits[1], f"{digits[1]}:") if digits else ()
+        if digits and not statement.rest[digits.end() :].strip():  # the rest is a remark
+            text, edits = f"{text} and the assignment", write_words(f"{digits[1]};", f"{digits[1]}:")
+        raise statement.error("VP001", text, 0, edits)
     number, rest = int(match.group(1)), statement.rest[match.end() :].rstrip()
     if number == 14:
         raise ProgramError("VP027", f"the program asks to stop: {rest.strip()}")

@@ -23,7 +23,7 @@ _DIGIT_BEFORE_Q: Final = re.compile(r"([FS]?)(\d)Q(\d*)")
 _TOOL_AND_AXIS: Final = re.compile(r"(\d+(?=Z)|Z(?=[SF]))(Z|[SF]\d+)")
 _NAME_AND_NUMBER: Final = re.compile(r"([A-Z]{3,6})([-+]?[\d.,]+)")
 #: Words too short for other slips, and the keys beside those of their letters.
-_SHORT_WORD: Final = re.compile(r"R[LR0]|DR[-+]|M\d{1,3}|A[-+]?[\d.,]+")
+_SHORT_WORD: Final = re.compile(r"R[LR0]|DR[-+]|M\d{1,3}|[AR][-+]?[\d.,]+")
 #: More digits than these, alone behind the coordinates of a line without F, are a feed rate.
 _DIGITS_OF_DECIMALS: Final = 2
 #: Axes, and so many of them as are worth a choice for a number that has lost its letter.
@@ -193,6 +193,10 @@ def _join_word(pattern: re.Pattern[str], statement: Statement, text: str, begin:
     if not following or (word.isalpha() and following[0] in WORDS):
         return None
     joined_text = word + following[0]
+    if text[begin - 1].isdigit() and pattern.fullmatch(joined_text):  # X-30D R+
+        right = f"{earlier_words[-1]} {joined_text}"
+        wrong = f"{earlier_words[-1]}{word} {following[0]}"
+        return f"{wrong}: the blank is at a wrong place; did you mean {right}?", begin - len(earlier_words[-1])
     for at in (len(word) - 1, len(word) + 1):
         if 0 < at < len(joined_text) and pattern.fullmatch(joined_text[:at]) and pattern.fullmatch(joined_text[at:]):
             right = f"{joined_text[:at]} {joined_text[at:]}"

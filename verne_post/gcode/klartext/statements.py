@@ -43,6 +43,9 @@ _LABEL: Final = re.compile(
     rb"|([A-Z]{2,5}+[ \t]*+(?:\"[^\n;]*|[\dLIO]*|[^\n;]*\")))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
+_MOST_LABELS: Final = 3  #: Of so many one is worth a choice.
+#: What calls a label, or jumps to it.
+_TO_LABEL: Final = re.compile(rb"(?:CALL|GOTO)[ \t]+LBL[ \t]+(?:\"([^\"\n]+)\"|(\d+))", re.IGNORECASE)
 _LETTER_IN_NUMBER: Final = re.compile(rb"[ \t]*+/?[ \t]*+(?:N\d|\d++[A-Z])", re.IGNORECASE)
 #: BEGIN PGM or END PGM: which, the name, the unit.
 _FRAME: Final = re.compile(
@@ -305,7 +308,7 @@ class KlartextText(ChunkedText):
             VP023: a label that appears twice. VP001: LBL1 in place of LBL 1.
         """
         found: dict[str, int] = {}
-        line, at = 1, 0
+        line, at, bare_line = 1, 0, 0
         for match in _LABEL.finditer(self.source):
             line += self.source.count(b"\n", at, match.start())
             at = match.start()
@@ -318,14 +321,52 @@ class KlartextText(ChunkedText):
             if match.group(4) is not None:
                 meant_label = self._find_mistyped_label(line)
                 if not meant_label:
+                    bare_line = line if match.group(4).strip().upper() == b"LBL" else bare_line
                     continue
                 name = label_name(meant_label)
             if name == "0":
                 continue
             if name in found:
-                raise ProgramError("VP023", f"LBL {name} appears twice, first in line {found[name]}", column, line=line)
+                wrong, right = f"LBL {name}", f"CALL LBL {name}"
+                text = f"{wrong} appears twice, first in line {found[name]}; write {right} in the line that calls it"
+                lines = (line, found[name])
+                edits = tuple(
+                    Remedy(f"write {right}", right, line=one, misspelt=wrong, is_choice=True) for one in lines
+                )
+                raise ProgramError("VP023", text, column, line=line, edits=edits)
             found[name] = line
+        if bare_line:
+            self._name_bare_label(bare_line, found)
         return found
+
+    def _name_bare_label(self, line: int, found: dict[str, int]) -> None:
+        """The label that a line with LBL alone is meant for: one that is called and missing, or else the end of one."""
+        missing = [one for one in self._called if one not in found] or ["0"]
+        _name_choices(self.label_errors[-1], "LBL", missing, line)
+        if len(missing) == 1 and missing != ["0"]:
+            found[missing[0]] = line
+
+    @property
+    def _called(self) -> list[str]:
+        """The labels that statements call, or jump to."""
+        return [label_name(one[1] or one[2]) for one in _TO_LABEL.finditer(self.source)]
+
+    def name_label(self, error: ProgramError, keyword: str, line: int) -> None:
+        """Add to the error of LBL, or of CALL LBL, alone which label it lacks: one of those without the other."""
+        labels = self.labels
+        if keyword == "CALL LBL":
+            called = self._called
+            _name_choices(error, keyword, [one for one in labels if one not in called], line)
+        elif known := next((one for one in self.label_errors if one.line == line), None):
+            error.message, error.edits = known.message, known.edits
+
+
+def _name_choices(error: ProgramError, keyword: str, labels: list[str], line: int) -> None:
+    """Add to an error the labels of which one stands behind a keyword."""
+    rights = [f"{keyword} {one}" if is_count(one) else f'{keyword} "{one}"' for one in dict.fromkeys(labels)]
+    if 0 < len(rights) <= _MOST_LABELS:
+        error.message += f"; write {' or '.join(rights)}"
+        error.edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=keyword, is_choice=True) for one in rights)
 
 
 def find_equals(statement: Statement, text: str, at: int) -> ProgramError | None:

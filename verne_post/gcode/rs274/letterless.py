@@ -9,7 +9,7 @@ import numpy as np
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import AXES
@@ -67,10 +67,9 @@ def refuse_letterless(text: str) -> None:
         digits = match[1].rstrip()
         if len(digits) <= _DIGITS_OF_CODES and digits.strip("0"):
             letters = "MO" if len(digits.lstrip("0")) == 1 else "MG" if digits in _ENDS else "GO"
-            such = " or ".join(f"{letter}{digits}" for letter in letters)
-            text = f"{digits}: a number without a letter before it; write its letter, such as {such}"
-            text += "; or % if the program begins here" if digits == "5" else ""  # on the same key
-            raise ProgramError("VP001", text, match.start(1) + 1)
+            words = [f"{letter}{digits}" for letter in letters]
+            text = f"{digits}: a number without a letter before it; write its letter, such as {' or '.join(words)}"
+            raise ProgramError("VP001", text, match.start(1) + 1, edits=write_words(digits, *words))
         meaning = f"did you mean O{digits.removeprefix('0').strip()}?"
         raise ProgramError("VP001", f"{digits}: a number without a letter before it; {meaning}", match.start(1) + 1)
     for match in _WORD.finditer(text):
@@ -82,14 +81,14 @@ def refuse_letterless(text: str) -> None:
                     f"{number}: a number without a letter before it, or a blank in N{match['own']}{number}; write "
                     f"{right} or N{match['own']}{number}"
                 )
-                edits = (Remedy(f"write {right}", right, misspelt=number, is_choice=True),)
+                edits = write_words(number, right, is_choice=True)
                 raise ProgramError("VP001", text, match.start("number") + 1, edits=edits)
             if letter == "G" and match["own"].lstrip("0") == "4":
                 text = f"{number}: the time of G4 has no letter before it; write X{number} for seconds, or P"
                 raise ProgramError("VP001", text, match.start("number") + 1)
             column = match.start("number") + 1
-            if not number.strip("."):
-                wrong, right = match[0], f"{match['letter']}{match['own']}."
+            if not number.strip(".") or (letter == "G" and match["own"].endswith(".")):
+                wrong, right = match[0], f"{match['letter']}{match['own']}{number.strip('.') or '.'}"
                 raise ProgramError("VP001", f"{wrong}: a blank in a number; did you mean {right}?", match.start() + 1)
             axes = _list_axes(letter, rest)
             unused_axes = [one for one in axes if not re.search(one, text, re.IGNORECASE)]
@@ -102,15 +101,20 @@ def refuse_letterless(text: str) -> None:
             others = [f"{axis}{number}" for axis in unused_axes or axes]
             if float(number) >= _LEAST_FEED and not rest.strip() and "F" not in text.upper():
                 others.append(f"F{number}")
+            edits = write_words(number, *others) if others[1:] else ()
             *others, last = others
             if is_divided and number[0] not in "+-" and letter in "XYZABCIJKRFS":
                 such = f"{', '.join(others)} or {last}" if others else last
-                meaning = f"write its letter, such as {such}; or {''.join(match[0].split())} without the blank"
+                right = "".join(match[0].split())
+                meaning = f"write its letter, such as {such}; or {right} without the blank"
+                edits = write_words(match[0], right, is_choice=True)
+                edits += write_words(number, *others, last, is_choice=True)
             else:
                 meaning = (
                     f"write its letter, such as {', '.join(others)} or {last}" if others else f"did you mean {last}?"
                 )
-            raise ProgramError("VP001", f"{number}: a number without a letter before it; {meaning}", column)
+            text = f"{number}: a number without a letter before it; {meaning}"
+            raise ProgramError("VP001", text, column, edits=edits)
         if letter == "N" and "." in match[0]:
             is_alone = not match[0].endswith(".") or not rest.strip() or rest.lstrip()[0] in "(;"
             meaning = ", and a letter may be missing in it" if is_alone else f"; did you mean {match[0][:-1]}?"

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from verne_post.base.printable import join_names
 from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.calls import CallStack
-from verne_post.gcode.program_error import GIVE_FILE, ProgramError
+from verne_post.gcode.program_error import GIVE_FILE, ProgramError, write_words
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.siemens.calls import (
@@ -39,6 +39,8 @@ from verne_post.gcode.siemens.vocabulary import TYPES
 from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
 from verne_post.model.findings import Remedy
 
+#: MCALL without its M.
+_WITHOUT_PATH: Final = re.compile(r"[ \t/]*(?:N\d+[ \t]*)?CALL(?:[ \t]+(?:CYCLE|HOLES).*|[ \t]*)", re.IGNORECASE)
 #: Alarms of SETAL that stop a program; others are only shown.
 _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
 #: A letter whose key is beside that of N before a number at the beginning of a line, and a block number.
@@ -355,7 +357,11 @@ class Flow:
 
     def _call_external(self, cursor: Cursor, line: int) -> None:
         """CALL, EXTCALL: the last part of the path names a file beside the program."""
+        begin = cursor.at - len("CALL")
         cursor.skip()
+        if _WITHOUT_PATH.fullmatch(cursor.text):
+            text = "CALL needs the path of a subprogram; MCALL may be meant"
+            raise cursor.error("VP001", text, begin, write_words("CALL", "MCALL", is_choice=True))
         at, bracket = cursor.at, cursor.take("(")
         path = read_value(cursor, self.executor.variables)
         if bracket:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from verne_post.base.suggestions import MAY_BE_MEANT, find_meant
+from verne_post.base.suggestions import DIGITS_OF_KEYS, MAY_BE_MEANT, find_meant
 from verne_post.gcode.mistyped import OF_ALL_MOVES
 from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.gcode.siemens.cursor import NAME, NUMBER, Cursor
@@ -54,7 +54,6 @@ _SIGNED_VECTOR: Final = re.compile(r"([ABC]3)([-+])(=?)(\d+\.?\d*|\.\d+)(?![\w.]
 _LETTER_OF_DIGIT: Final = re.compile(
     r"(?<![A-Z_$\d.=])([A-Z][-+]?)(\d{0,9}\.?\d{0,9})([QWERTYUIP])(\d{0,9}\.?\d{0,9})(?![\w.=(\[])", re.IGNORECASE
 )
-_DIGITS_ABOVE: Final = str.maketrans("QWERTYUIP", "123456780")
 #: A radius as other languages write it, a word that it may be glued to, an arc, its end, its centre or radius.
 _RADIUS: Final = re.compile(r"R[ \t]*=?[ \t]*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d_.]|[ \t]*[-+*/=(\[])", re.IGNORECASE)
 _WORD_BEFORE: Final = re.compile(r"[A-Z][-+]?[\d.]{1,20}$", re.IGNORECASE)
@@ -294,7 +293,7 @@ def find_letter_of_digit(cursor: Cursor, at: int) -> ProgramError | None:
         if not match[2] and f"{match[1]}{match[3]}".upper() in ADDRESSES:  # CR10
             continue
         if has_digit or is_beside or re.search(r"[A-Z]\d", cursor.text[match.end() :], re.IGNORECASE):
-            right = f"{match[1]}{match[2]}{match[3].upper().translate(_DIGITS_ABOVE)}{match[4]}"
+            right = f"{match[1]}{match[2]}{match[3].upper().translate(DIGITS_OF_KEYS)}{match[4]}"
             error = cursor.error("VP001", f"{match[0]}: the letter {match[3]} in a number", match.start())
             return propose_key_beside(error, match[0], right)
     return None
