@@ -667,7 +667,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "platform reaches into the box of the stock. The stock is the one that is left at that time. A warning "
         "means that the distance is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm, or "
         "that the stock is not cut because the program is out of limits and long.",
-        "Move the rapid traverse above the stock, or cut the place first; use a longer or thinner tool.",
+        "Move the rapid traverse above the stock, retract along the tool axis, or cut the place first; use a longer or "
+        "thinner tool.",
     ),
     (
         "VP217",
