@@ -9,6 +9,7 @@ from verne_post.output.findings import describe_remedy
 
 BODY = "G21 G90 F600\n{length}\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n{more}M2\n"
 TOOLS = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))}
+OF_10_MM = {1: vp.Tool(1, 1, TOOLS[1].offset, 10.0)}
 
 
 def warnings(length="", more="", **options):
@@ -1049,6 +1050,10 @@ END PGM T MM
         ("TOOL CALL 1 Z S900", None, [], ""),
         ("TOOL CALL 1 Z S900 DL+0.2", None, [], ""),
         ("TOOL CALL 1 Z S900 DL+200", None, [("VP505", 2)], "DL+200 makes tool 1 200 mm longer than the 80 mm"),
+        ("TOOL CALL 1 Z S900 DL-20", None, [("VP505", 2)], "DL-20 of tool 1: a deviation of 20 mm is above 10 mm"),
+        ("TOOL CALL 1 Z S900 DR+20", None, [("VP505", 2)], "if um were meant, write it as 0.02 mm"),
+        ("TOOL CALL 1 Z S900 DR+8", None, [("VP505", 2)], "and is larger than its 5 mm; a radius belongs in"),
+        ("TOOL CALL 1 Z S900 DR+2.5 DL+3", None, [], ""),  # an allowance of a roughing cut
         ("TOOL DEF 2\nTOOL CALL 1 Z S900\nTOOL DEF 3", None, [], ""),
         ("TOOL DEF 1", None, [("VP012", 4)], "TOOL DEF 1 in line 2 only names the tool; write TOOL CALL 1 Z S"),
         ("TOOL DEF 1", 80.0, [("VP041", 2)], "TOOL DEF 1 only selects the tool, and no TOOL CALL loads it: line 4"),
@@ -1056,10 +1061,28 @@ END PGM T MM
 )
 def test_slips_in_the_call_of_a_tool_in_klartext(call, length, expected, said) -> None:
     """DL+200 for DL+0.200, and TOOL DEF for TOOL CALL, had no warning of their own."""
-    tools = {"tools": TOOLS} if length is None else {"tool_length": length}
+    tools = {"tools": OF_10_MM} if length is None else {"tool_length": length}
     options = vp.Options(wcs={"G54": (0, 0, 60)}, dialect="heidenhain", **tools)
     found = vp.check(KLARTEXT.format(call), "verne", options).findings
     assert [(item.code, item.line) for item in found] == expected
+    assert all(said in item.message for item in found)
+
+
+@pytest.mark.parametrize(
+    ("wear", "said"),
+    [
+        ("L11 P1 R-20.", "G10 L11 R-20 of tool 1: a deviation of 20 mm is above 10 mm"),
+        ("L13 P1 R6.", "a deviation of 6 mm is added to the radius, and is larger than its 5 mm"),
+        ("L11 P1 R-0.2", ""),
+        ("L13 P1 R0.3", ""),
+        ("L10 P1 R90.", ""),
+    ],
+)
+def test_wear_that_is_a_size(wear, said):
+    text = f"G21 G90 G94 G17\nG10 {wear}\nT1 M6\nS900 M3\nG0 A0 C0\nX0 Y0\nG43 H1 Z60.\nG1 Z40. F500.\nG0 Z60.\nM30\n"
+    options = vp.Options(wcs={"G54": (0, 0, 60)}, dialect="fanuc", tools=OF_10_MM)
+    found = [item for item in vp.check(text, "verne", options).findings if item.code == "VP505"]
+    assert [item.line for item in found] == ([2] if said else [])
     assert all(said in item.message for item in found)
 
 

@@ -1,5 +1,6 @@
 """--from-line: a restart follows the very path of the whole program, and is refused where that cannot be promised."""
 
+import json
 import random
 import re
 from collections.abc import Callable
@@ -551,3 +552,24 @@ def test_the_picture_of_what_is_left_has_the_skipped_cuts() -> None:
     whole, rest = picture(), picture(approach="home", from_line=15)
     assert whole is not None and rest is not None
     assert np.array_equal(whole.vertices, rest.vertices)
+
+
+@pytest.mark.parametrize(("line", "codes"), [(10, []), (7, ["VP505"]), (8, ["VP505"])])
+def test_sizes_of_lines_before_a_restart_are_not_judged(tmp_path: Path, run: Callable[..., Any], line, codes) -> None:
+    """F400000 of line 7 is in force in line 8, and no longer in line 11."""
+    program = tmp_path / "a.nc"
+    lines = (
+        "G21 G17 G90 G94",
+        "G49 G0 A0 C0",
+        "X-20 Y-10",
+        "Z160",
+        "S900 M3",
+        "G4 P1",
+        "G1 Z150 F400000",
+        "X0",
+        "G0 Z160",
+    )
+    program.write_text("\n".join((*lines, "X5", "G1 Z150 F500", "X20", "M2", "")), "utf-8")
+    place = ("--wcs", "G54=0,0,40", "--from", "home", "--from-line", line, "--limits-only", "--output-format", "json")
+    found = json.loads(run("check", program, *place).out)["programs"][0]["findings"]
+    assert [item["code"] for item in found if item["code"] == "VP505"] == codes

@@ -136,3 +136,15 @@ def test_the_next_tool_beside_g43_lacks_its_length_too(
         told = run("check", "t.nc", "--wcs", "G54=0,0,60").out
         assert "VP012 error: tool 1 and tool 2:" in told
         assert "--tool-length" not in told
+
+
+def test_a_retract_is_not_cured_by_a_retract(write: Callable[..., None], run: Callable[..., Any]) -> None:
+    """Of a tilted tool: along Z of the part it goes back through the wall of its slot, and so would one before it."""
+    head = "G21 G17 G90 G94\nT1 M6\nG43.4 H1\nG0 X40 Y0 Z60 A-30 C0\nS900 M3\nG1 Z-10 F600\nX0\n{}\nM2\n"
+    setup = SETUP.format(10) + '[stock]\nmin = [-30, -30, -20]\nmax = [30, 30, 0]\nsystem = "G54"\n'
+    write("r.nc", head.format("G0 Z60"), setup)
+    shown = run("explain", "r.nc:8").out
+    assert "VP216 error: the cutter runs into the stock in a rapid traverse" in shown
+    assert "a retract before it" not in shown
+    write("r.nc", head.format("G0 X-40"), setup)
+    assert "a retract before it" in run("explain", "r.nc:8").out

@@ -139,3 +139,12 @@ def test_names_of_tolerances(view):
         moves, errors = view(f"G0 X={name}", dialect="siemens")
         assert errors == ()
         assert moves.end[0][0] == number
+
+
+def test_an_arc_that_refuses_g18_leaves_no_doubt_of_the_tool_length():
+    """One cause, two findings: VP053 for the lines in G18 before the arc in I and J, and after it."""
+    text = "G17 G54 G90 G94 G710 S1000 M3\nG0 X0 Y0 Z50 A0 C0\nG18\nG1 X10 F500\nG2 X20 Y10 I10 J0\nG1 X30\nM30\n"
+    options = vp.Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 60.0)}, dialect="siemens")
+    found = vp.check(text, "verne", options).findings
+    assert [(item.code, item.line) for item in found] == [("VP006", 5)]
+    assert "G18 of line 3 is active" in found[0].message

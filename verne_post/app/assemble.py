@@ -292,7 +292,11 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)
-    checked = [*check_setup(moves, path, machine, options), *check_diameters(source, moves, options), *turns]
+    checked = [
+        *check_setup(moves, path, machine, options, 0 if restart is None else restart.move),
+        *check_diameters(source, moves, options),
+        *turns,
+    ]
     checked += find_unexecuted_moves(source, moves)
     findings = tuple(place_at_plane(source, item) for item in (*checked, *moves.findings))
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)

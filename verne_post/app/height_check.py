@@ -15,8 +15,10 @@ HEIGHT: Final = "height"
 _DEEPER_MM: Final = 0.5
 
 
-def check_heights(moves: Moves) -> Iterator[Finding]:
+def check_heights(moves: Moves, begin: int = 0) -> Iterator[Finding]:
     """VP505, once a program: the first rapid that goes down below every cut of its tool in the same system.
+
+    ``begin``: the first move that is judged; cuts before it count.
 
     A cut straight up is no sign of depth: it may only leave it. Cycles plunge as they must, as those that bore
     backwards, and a line that cuts, too, is one. Nor is a line looked at of which something else was found.
@@ -42,7 +44,7 @@ def check_heights(moves: Moves) -> Iterator[Finding]:
         (end[:, 2] < lowest[system] - _DEEPER_MM) & np.isfinite(lowest[system]) & ~np.isin(moves.line, moves.line[cuts])
     )
     deep &= ~np.isin(moves.line, [item.line or 0 for item in moves.findings])
-    for at in np.flatnonzero(deep)[:1].tolist():
+    for at in (begin + np.flatnonzero(deep[begin:])[:1]).tolist():
         line, height, cut = int(moves.line[at]), float(end[at, 2]), float(lowest[system[at]])
         text = (
             f"this rapid goes down to Z {height:.6g} mm, and the deepest cut of its tool is at Z {cut:.6g} mm: is the "

@@ -308,6 +308,10 @@ def propose_lift(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if not is_asked or line.move in line.moves.machine_moves or not remedies.is_straight(line.exact):
         return
     direction = line.joints.machine.coordinates.turn_displacement(np.eye(3), line.frame)[2]
+    tips, _angles = line.exact.pose(line.exact.contour, np.array([0, 0]), np.array([0.0, 1.0]))
+    way = tips[1] - tips[0]
+    if np.abs(np.cross(way, direction)).max() < ZERO_LENGTH_MM < way @ direction:
+        return  # it is a retract itself, and another one before it touches the same
     lift = remedies.find_least_lift(line.exact, direction)
     if lift is not None:
         unit, scale = line.unit

@@ -53,8 +53,10 @@ _SLOW_FEED: Final = 5.0
 _TIMES_FASTER: Final = 100.0
 
 
-def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
+def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options, from_move: int = 0) -> list[Finding]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
+
+    ``from_move`` is the first move of a restart: sizes of moves before it are not judged.
 
     The codes are VP009, VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040 to VP042,
     VP050, VP055, VP056 and VP505.
@@ -102,7 +104,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
-    found += [*_check_tolerances(moves, path), *_check_feeds(moves, path), *_check_slow_feed(moves, path)]
+    cuts = [move[move >= from_move] for move in _iterate_cuts(path)]
+    found += [*_check_tolerances(moves, path, from_move), *_check_feeds(moves, cuts), *_check_slow_feed(moves, cuts)]
     found += _find_idle_tolerances(moves, path, options)
     planes = [*_check_planes(moves, path, machine)]
     found += [
@@ -121,12 +124,12 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *_check_uncalled_tools(moves, options),
         *check_senses(moves, machine.coordinates),
         *check_arcs(moves),
-        *check_heights(moves),
+        *check_heights(moves, from_move),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
 
-def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+def _check_tolerances(moves: Moves, path: ToolPath, first: int) -> Iterator[Finding]:
     """VP505: cuts with a programmed corner tolerance that is larger than any machine tool has."""
     for number, control in enumerate(moves.controls):
         for value, name in ((control.tolerance, "tip"), (control.axis_deg, "axis")):
@@ -135,7 +138,7 @@ def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 continue
             for begin, end in iterate_blocks(len(path)):
                 move = path.move[begin:end]
-                cut = move[(path.feed_time[begin:end] > 0) & (move >= 0)]
+                cut = move[(path.feed_time[begin:end] > 0) & (move >= first)]
                 cut = cut[moves.control[cut] == number]
                 if len(cut):
                     line = int(moves.line[cut[0]])
@@ -147,13 +150,13 @@ def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                     break
 
 
-def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+def _check_feeds(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
     """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program.
 
     F that was meant as mm/min under G93 leads to such a rate where the move is long.
     """
     rate, turn = PLAUSIBLE["feed rate"], PLAUSIBLE["feed per turn"]
-    for move in _iterate_cuts(path):
+    for move in cuts:
         feed, mode = moves.feed[move], moves.feed_mode[move]
         per_turn = mode == FeedMode.PER_REVOLUTION
         inverse = (mode == FeedMode.INVERSE) & (moves.kind[move] == MoveKind.FEED)
@@ -187,10 +190,10 @@ def _iterate_cuts(path: ToolPath) -> Iterator[Ints]:
         yield path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
 
 
-def _check_slow_feed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+def _check_slow_feed(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
     """VP505: the first cut at a feed rate that is mostly in m/min: others are so many times faster."""
     first, fastest = -1, 0.0
-    for move in _iterate_cuts(path):
+    for move in cuts:
         move = move[moves.feed_mode[move] == FeedMode.PER_MINUTE]
         slow = move[moves.feed[move] < _SLOW_FEED]
         first = int(slow[0]) if first < 0 and len(slow) else first

@@ -4,6 +4,7 @@ Rules and tolerances are those measured on LinuxCNC's interpreter (docs/gcode.md
 """
 
 import math
+from collections.abc import Iterable
 from typing import Final
 
 from msgspec import Struct
@@ -22,6 +23,8 @@ from verne_post.model.moves import AXES
 #: Plane -> indices of its first, second and normal axis, and the names of its offset words.
 PLANES: Final = {0: (0, 1, 2, "I", "J"), 1: (2, 0, 1, "K", "I"), 2: (1, 2, 0, "J", "K")}
 PLANE_NAMES: Final = ("XY", "ZX", "YZ")
+#: Share of the diameter from which a chord is about that of half a turn.
+_NEARLY_HALF: Final = 0.99
 
 
 class Arc(Struct, frozen=True):
@@ -182,6 +185,23 @@ def build_arc_from_radius(
     c2 = 0.5 * (start[second] + end[second]) + side * height * d1 / (2 * half)
     sweep = 2 * math.atan2(half, height)
     return _make_arc(start, plane, (c1, c2), sweep if radius > 0 else 2 * math.pi - sweep, clockwise, extra_turns)
+
+
+def name_other_plane(plane: int, axes: Iterable[int], start: list[float], end: list[float], radius: float) -> str:
+    """The plane that the axes of a block with an arc by its radius belong to, where it is not ``plane``; else empty.
+
+    Two axes of another plane are a helix only by what was written before. Half a turn of one ends beside its start.
+    """
+    first, second, normal, *_ = PLANES[plane]
+    named = {axis for axis in axes if axis < 3}
+    in_plane = named - {normal}
+    if normal not in named or len(in_plane) != 1 or end[normal] == start[normal]:
+        return ""
+    if math.hypot(end[first] - start[first], end[second] - start[second]) > _NEARLY_HALF * 2.0 * abs(radius):
+        return ""
+    chord = math.hypot(*(end[axis] - start[axis] for axis in named))
+    is_possible = chord <= 2.0 * (abs(radius) + ARC_R_TOO_SMALL_MM)
+    return next(f"G{17 + other}" for other in PLANES if set(PLANES[other][:2]) == named) if is_possible else ""
 
 
 def _make_arc(

@@ -14,7 +14,7 @@ from verne_post.gcode.apt.translator import STATEMENTS as OF_APT
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.known_variables import describe_variable
-from verne_post.gcode.letters import OF_EXPRESSIONS, OF_NAMES
+from verne_post.gcode.letters import OF_EXPRESSIONS, OF_NAMES, WORDS_OF_STATEMENTS
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -157,6 +157,11 @@ def describe_word(word: str) -> list[str]:
         return describe_word(bare)
     if not found:  # what may follow the slash of a CL statement
         found = [f"APT, in {major}: {words[name]}" for major, words in apt.WORDS_OF.items() if name in words]
+        found += [
+            f"Klartext{'' if head == '*' else f', in {head}'}: {words[name]}"
+            for head, words in WORDS_OF_STATEMENTS.items()
+            if name in words
+        ]
     # else a statement with words that its table lists
     return (
         found

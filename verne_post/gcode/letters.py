@@ -199,7 +199,7 @@ _AXES: Final = dict.fromkeys("XYZABCUVW", "where an axis goes; in G91 by how muc
 LETTERS: Final[Mapping[str, str]] = {
     **_AXES,
     **dict.fromkeys("IJK", "centre of an arc, from its start; tool axis under G43.5; angles of G68.2"),
-    "R": "radius of an arc; height to which a cycle goes back",
+    "R": "radius of an arc, a negative one for more than half a turn; height to which a cycle goes back",
     "F": "feed rate",
     "S": "spindle speed",
     "T": "selects a tool; M6 loads it",
@@ -385,7 +385,7 @@ WORDS_OF_STATEMENTS: Final[Mapping[str, Mapping[str, str]]] = {
         "V.ZEIT": "seconds",
         "DWELL": "seconds",
         "T": "tolerance of corners",
-        "TA": "tolerance of the rotary axes",
+        "TA": "tolerance of the rotary axes, degrees: no effect",
         "HSC-MODE": "0 finishing, 1 roughing: no effect",
         "ANGLE": "angle of the spindle, degrees",
         "ORIENTATION": "angle of the spindle",

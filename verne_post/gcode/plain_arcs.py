@@ -80,6 +80,9 @@ def find_arcs(words: Array, clockwise: Mask, row: Ints, end: Array, state: State
                 inch,
             )
             is_refused[at] |= wrong
+    # perhaps of another plane, as its words tell
+    stands = stop == start
+    is_refused |= by_radius & ~stands[:, normal] & (stands[:, first] != stands[:, second])
     sweep = np.where(clockwise, -1, 1) * np.degrees(angles)
     return PlainArcs(row, center, sweep, is_refused)
 

@@ -542,12 +542,13 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP056",
-        "arc goes the other way",
+        "doubtful arc",
         "warning",
         "An arc of half a turn or more leaves both moves beside it at an angle, and the rest of its circle, or the "
         "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
-        "the radius R (CR) may have the wrong sign.",
-        "Correct the sense or the sign. No action is needed if the arc is meant, as the relief of a corner.",
+        "the radius R (CR) may have the wrong sign. Or a block with R (CR) names two axes of another plane than the "
+        "active one: then the tool goes along the one that is normal to the plane, on a helix.",
+        "Correct the sense, the sign or the plane. No action is needed if the arc is meant, as the relief of a corner.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
@@ -666,7 +667,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "platform reaches into the box of the stock. The stock is the one that is left at that time. A warning "
         "means that the distance is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm, or "
         "that the stock is not cut because the program is out of limits and long.",
-        "Move the rapid traverse above the stock, or cut the place first; use a longer or thinner tool.",
+        "Move the rapid traverse above the stock, retract along the tool axis, or cut the place first; use a longer or "
+        "thinner tool.",
     ),
     (
         "VP217",

@@ -52,6 +52,8 @@ PLAUSIBLE: Final = {
     # the set-up of a part
     # from the gauge line: no holder is shorter
     "tool length": Plausible(5.0, 2e3, "mm", "m", 1e3, "tool"),
+    # DL and DR of a call, wear: allowances for roughing stay below
+    "tool deviation": Plausible(0.0, 10.0, "mm", "um", 1e-3, "tool"),
     "work offset": Plausible(1.0, 2e4, "mm", "m", 1e3, "set-up"),
     "box": Plausible(1.0, 2e4, "mm", "m", 1e3, "set-up"),
 }

@@ -24,6 +24,7 @@ from verne_post.gcode.klartext.vocabulary import (
     REFUSED_FUNCTIONS,
 )
 from verne_post.gcode.klartext.words import TOOL_WORDS, MWord, Words, read_words
+from verne_post.gcode.machining.machining import warn_of_deviation
 from verne_post.gcode.machining.turning import warn_of_late_tcp
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
@@ -132,8 +133,11 @@ class KlartextFunctions:
         tools.select(at, number)
         tools.change(at)
         tools.set_length(lambda: tools.find_offset(at, number) if number else ZERO9)
+        name_of_tool = describe_tool_number(number, state.tool_names)
+        radius = 0.5 * state.tools[number].diameter if number in (state.tools or {}) else 0.0
+        if delta_radius > -radius:  # less is refused where the radius counts
+            warn_of_deviation(self.core, "DR", delta_radius, radius, name_of_tool, line)
         if delta_length:
-            name_of_tool = describe_tool_number(number, state.tool_names)
             if delta_length > state.frame.tool_length > 0:
                 text = (
                     f"DL{delta_length:+g} makes {name_of_tool} {delta_length:g} mm longer than the "
@@ -146,6 +150,8 @@ class KlartextFunctions:
                 raise ProgramError(
                     "VP007", f"{name_of_tool} has the length {length:g} mm with DL; a length is not negative"
                 )
+            if delta_length <= state.frame.tool_length:
+                warn_of_deviation(self.core, "DL", delta_length, 0.0, name_of_tool, line)
             self.core.frames.set_frame(
                 replace(state.frame, tool=make_vector9((*state.frame.tool[:2], length, *state.frame.tool[3:])))
             )

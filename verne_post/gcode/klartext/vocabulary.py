@@ -50,7 +50,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "CHF": "chamfer; the number is its length on each line",
     **dict.fromkeys(("CT", "CTP"), "arc that continues the direction of the element before"),
     "CP": "arc about CC by an angle; IPA may be several turns",
-    "CR": "arc by its radius; a negative one takes the long way",
+    "CR": "arc by its radius; a negative one takes the long way, more than half a turn",
     "CC": "pole and centre; without coordinates the last position; two of X Y Z choose the plane",
     "LP": "line by radius PR (IPR) and angle PA (IPA) about CC",
     "LN": "tool axis T, or the normal N without T; needs M128",

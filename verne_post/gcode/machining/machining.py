@@ -18,7 +18,7 @@ from verne_post.base.tolerances import (
     ZERO_LENGTH_MM,
 )
 from verne_post.base.units import SECONDS_PER_MINUTE
-from verne_post.gcode.arcs import Arc
+from verne_post.gcode.arcs import PLANE_NAMES, Arc, name_other_plane
 from verne_post.gcode.lengths import find_effective_feed, measure_arc, measure_lengths
 from verne_post.gcode.machining.auxiliary import Auxiliary
 from verne_post.gcode.machining.compensation import Compensation
@@ -28,13 +28,13 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.tools import Tools
 from verne_post.gcode.machining.watcher import Watcher
 from verne_post.gcode.missing_setup import stands_in
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.splines import BSpline, cut_spline
 from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, ArcFeed, FeedMode, MoveKind, PathControl, PathMode, TablePlace
-from verne_post.model.plausibility import PLAUSIBLE
+from verne_post.model.plausibility import PLAUSIBLE, compare
 
 _X, _Y, _Z = 0, 1, 2
 _ROTARY: Final = (3, 4, 5)
@@ -69,6 +69,37 @@ def name_word(core: "Machining", name: str, word: str, line: int) -> str:
     """``; G91 of line 33 is active``, where an earlier line than ``line`` has put the word in force."""
     since = core.word_lines.get(name, line)
     return "" if since == line else f"; {word} of line {since} is active"
+
+
+def warn_of_other_plane(
+    core: "Machining", axes: Sequence[int], start: list[float], end: list[float], radius: float, line: int
+) -> None:
+    """VP056, once a plane: an arc by its radius to two axes of another plane than the one that it goes round in."""
+    plane = core.state.plane
+    right = name_other_plane(plane, axes, start, end, radius)
+    if not right:
+        return
+    word, names = f"G{17 + plane}", " and ".join(AXES[axis] for axis in sorted(axes) if axis < 3)
+    since = name_word(core, "plane", word, line) or f"; {word} is active"
+    core.recorder.note_once(
+        "VP056",
+        f"an arc by its radius to {names}, which are the axes of {right}{since}: the tool goes round in the "
+        f"{PLANE_NAMES[plane]} plane and along {AXES[2 - plane]}; write {right} before, if the arc is meant there",
+        line,
+        edits=write_before(right),
+    )
+
+
+def warn_of_deviation(core: "Machining", word: str, value: float, radius: float, tool: str, line: int) -> None:
+    """VP505: a deviation or a wear of a tool, mm, that is none: most often in um, or the size itself."""
+    found = list(compare(f"{word}{value:+g} of {tool}", abs(value), "tool deviation", "a deviation of "))
+    if not found and value > radius > 0.0 and value > 1.0:
+        text = (
+            f"{word}{value:+g} of {tool}: a deviation of {value:g} mm is added to the radius, and is larger than its "
+        )
+        found = [f"{text}{radius:g} mm; a radius belongs in the tool table"]
+    for text in found:
+        core.recorder.warn("VP505", text, line, None)
 
 
 def name_feed_mode(core: "Machining", mode: FeedMode, line: int) -> None:

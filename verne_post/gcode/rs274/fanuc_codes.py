@@ -260,7 +260,8 @@ def make_table() -> CodeTable:
             661: f"a macro call after every block; write {_INSTEAD[661]}",
             870: "on Fanuc back boring from below, so write the moves; on Haas a stop for the operator in the hole, so "
             "write G88",
-            **dict.fromkeys((441, 442, 450, 440), "tool offsets by H that RS274/NGC does not have"),
+            440: "subtracts the tool length of H, which G43 adds; write G43, and the length with the other sign",
+            **dict.fromkeys((441, 442, 450), "other offsets of the tool; write G43 for its length, G41 for its radius"),
             960: "constant surface speed",
             **dict.fromkeys((611, 432, 901, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },

@@ -6,12 +6,13 @@ import numpy as np
 
 from verne_post.base.printable import quote_key
 from verne_post.gcode.block import Block
+from verne_post.gcode.machining.machining import warn_of_deviation
 from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.gcode.program_error import GIVE_PLACE, ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.offsets import OffsetCodes
 from verne_post.gcode.rs274.values import read_whole
-from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, name_system
+from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, describe_tool_number, name_system
 
 #: L of G10 -> what it stores of a tool; lengths come first.
 _OF_TOOLS: Final = {10: "length", 11: "wear of the length", 12: "radius", 13: "wear of the radius"}
@@ -89,6 +90,8 @@ class FanucOffsets:
                 why = f"the {_OF_TOOLS[kind]} is added to that of tool {number}, which is not known"
                 raise block.error("VP012", f"G10 L{kind}: {why}", "P", name, key)
             before = tool.offset[2] if of_length else 0.5 * tool.diameter
+            name = describe_tool_number(number, self.state.tool_names)
+            warn_of_deviation(self.core, f"G10 L{kind} R", value, 0.0 if of_length else before, name, block.line)
             value, wear[place] = before - wear[place] + value, value
             self.modes.wear = {**self.modes.wear, number: (wear[0], wear[1])}
         else:

@@ -18,6 +18,7 @@ from verne_post.gcode.machining.machining import (
     explain_no_feed,
     name_word,
     refuse_bare_arc,
+    warn_of_other_plane,
 )
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import advise_length, find_tool_key, report_unloaded, stands_in, suggest_call
@@ -416,6 +417,7 @@ class MotionCodes:
             radius, unit = (self.values.convert_length(one) for one in (block.words["R"], 1.0))
             with locate_errors(block.columns.get("R")):
                 arc = build_arc_from_radius(start, end, state.plane, clockwise, radius, turns - 1, unit)
+            warn_of_other_plane(self.core, self.values.list_named_axes(block), start, end, radius, block.line)
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
             plane_word = name_word(self.core, "plane", f"G{17 + state.plane}", block.line)

@@ -12,7 +12,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.affine import Split, find_table_map, split
 from verne_post.gcode.arcs import PLANES, build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.lengths import measure_length
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, warn_of_other_plane
 from verne_post.gcode.machining.spatial_arc import build_arc_through
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
@@ -71,6 +71,7 @@ class SiemensMotion:
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
         self.last_cut = 0  #: Line of the last motion if X, Y or Z of the machine cut in it, else 0.
+        self._is_length_told = False  #: The axis along which a tool length acts in G18 and G19.
         self._first_place = 0  #: Line of the first X, Y, Z after the last turn of the table without TRAORI, else 0.
         #: Places of axes, in numbers of the program, before their offsets changed; without axes that were named since.
         self.places_before: dict[int, float] = {}
@@ -220,8 +221,15 @@ class SiemensMotion:
             and self.modes.edge
             and self.state.frame.tool_length != 0
             and self.keys.length_axis != "Z"
-            and not any(item.code == "VP053" for item in self.recorder.warnings.values())
+            and not self._is_length_told
         )
+
+    def refuse_plane(self) -> None:
+        """G18 or G19 is a slip, as an error says: along which of its axes a length acts is no question."""
+        self._is_length_told = True
+        warnings = self.recorder.warnings
+        for key in [key for key in warnings if key[1] == "VP053"]:
+            del warnings[key]
 
     def check_length_axis(self, at: At) -> None:
         """Warn (VP053), once a program, of a motion with a tool length in G18 or G19; refuse it where it is not Z."""
@@ -239,6 +247,7 @@ class SiemensMotion:
             f"$SC_TOOL_LENGTH_CONST is 17; with 0, the default, it acts along {letter}, and the tool goes elsewhere; "
             'compare the control, and give [siemens] length_axis = "Z" in the settings file if it is 17'
         )
+        self._is_length_told = True
         self.recorder.warn("VP053", text, at.line, None)
 
     def check_places(self, block: At, places: dict[int, float]) -> None:
@@ -388,6 +397,7 @@ class SiemensMotion:
             size, unit = radius * abs(scales[0]), self.modes.length
             with locate_errors(block.columns.get("CR")):
                 arc = build_arc_from_radius(start, end, state.plane, clockwise, size, turns, unit)
+            warn_of_other_plane(self.core, list(places), start, end, size, block.line)
         self.corners.add_arc(block, end, arc, list(places))
         self.note_places(block.line, block.line, is_rapid=False)
         self.set_heading(find_tangent_at_end(state.plane, arc.center, end, arc.sweep))

@@ -208,6 +208,7 @@ class SiemensPlaces:
             text = f"{wrong.name} does not belong to an arc in the {PLANE_NAMES[self.state.plane]} plane{plane_word}"
             error = wrong.error("VP006", text)
             error.cause = plane_word.removeprefix("; ")  # of holes along another axis, too
+            self.motion.refuse_plane()
             raise error
         given = [words.take(letter) for letter in letters]
         here = [self.motion.find_programmed(axis) for axis in (first, second)]

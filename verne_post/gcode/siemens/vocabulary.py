@@ -112,7 +112,7 @@ ADDRESSES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("U", "V", "W"), "axes of other machines: refused (VP011)"),
     **dict.fromkeys(("I", "J", "K"), "centre of an arc, from its start or with AC()"),
     **dict.fromkeys(("I1", "J1", "K1"), "intermediate point of CIP"),
-    "CR": "radius of an arc",
+    "CR": "radius of an arc; a negative one takes the long way, more than half a turn",
     "AR": "angle of an arc, with its centre or its end",
     "TURN": "further turns of an arc",
     "AP": "polar angle, also incremental, kept until the next pole or plane",
