@@ -48,9 +48,10 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
 
-#: A feed rate below it, mm/min, that other cuts of the program exceed so many times, mostly is in m/min.
+#: A feed rate below it, mm/min, that other cuts of the program exceed so many times, mostly is in m/min: read so, it is
+#: at most twice as fast as they are.
 _SLOW_FEED: Final = 5.0
-_TIMES_FASTER: Final = 100.0
+_TIMES_FASTER: Final = 500.0
 
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
