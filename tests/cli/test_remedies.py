@@ -436,9 +436,13 @@ COMPUTED = [
     ("a.nc", "G21 G90 G94 G54\n#1=101\nG0 X0 Y0 Z100 A0 C0\nG1 Z60 F500\nG1 X10 A#1\nG1 A60\nM30\n", 5),
     ("b.nc", "G21 G90 G94 G54\nG0 X0 Y0 Z100 A0 C0\nG1 Z60 F500 A50\nG91 G1 X10 A51\nG1 A-41\nG90\nM30\n", 4),
     ("a.mpf", "G17 G54 G90 G94 G710\nTRAORI\nG0 X0 Y0 Z100 A0 C0\nG1 Z60 F500\nX10 A=(100+1)\nA60\nM30\n", 5),
-    ("a.h", "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nM128\nL X+0 Y+0 Z+100 A+0 C+0 R0 FMAX M3\nL Z+60 F500 A+50\n"
-     "L X+10 IA+51\nL A+60\nM30\nEND PGM A MM\n", 6),
-]  # fmt: skip
+    (
+        "a.h",
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nM128\nL X+0 Y+0 Z+100 A+0 C+0 R0 FMAX M3\nL Z+60 F500 A+50\n"
+        "L X+10 IA+51\nL A+60\nM30\nEND PGM A MM\n",
+        6,
+    ),
+]
 
 
 @pytest.mark.parametrize(("name", "program", "line"), COMPUTED, ids=lambda value: str(value)[:5])
