@@ -56,6 +56,9 @@ def test_another_arc_that_would_continue_both_neighbours_is_told(machine, dialec
         "X10\nG3 X20 Y0 R-10\nG1 X40",  # one neighbour alone
         "X10\nG3 X10 Y-10 J10\nG1 X20",  # a full circle
         "X10\nG3 X20 Y0 R-10\nG0 Y20",  # the contour ends
+        # a row of scallops, and with an end piece of less than half a turn
+        "X-40 Y0\nG2 X-20 Y0 I10 J0\nG2 X0 I10 J0\nG2 X20 I10 J0\nG2 X40 I10 J0\nG1 X45",
+        "X-20 Y0\nG1 Y10\nG2 X0 Y10 I10 J0\nG2 X20 Y10 I10 J0\nG1 Y0",
     ],
 )
 def test_other_arcs_are_in_no_doubt(machine, text):

@@ -1144,6 +1144,7 @@ def list_sizes(body):
         ("G1 Z2 F800\nX20 F1.5", 7, "F is 1.5 mm/min here, and up to 800 mm/min in other cuts: if it is in m/min, it"),
         ("G1 Z2 F400\nX20 F4.5", None, ""),
         ("G1 Z2 F1.5\nX20 F90", None, ""),
+        ("G1 Z2 F4.5\nX20 F500", None, ""),  # a slow plunge: 4500 mm/min is no feed rate of this program
         ("G95 G1 Z2 F0.1\nG94 X20 F900", None, ""),
     ],
 )
@@ -1166,6 +1167,11 @@ def test_a_feed_in_m_per_min_is_told(cuts, line, said):
         ),
         ("rs274", "(T1 D=12. - FLAT END MILL)", "T1 M6", 11.4, ""),  # ground again
         ("rs274", "(T1 D1 - FLAT END MILL)", "T1 M6", 2.0, ""),  # an entry of the tool table
+        # two diameters, and those of other parts of the tool
+        ("rs274", "(T1 CHAMFER MILL D=12. D1=6.)", "T1 M6", 6.0, ""),
+        ("rs274", "(T1 D=12. D2=6. BORING BAR)", "T1 M6", 6.0, ""),
+        ("rs274", "(T1 SHANK D=12. LOLLIPOP)", "T1 M6", 6.0, ""),
+        ("rs274", "(T1 D=6. TIP RADIUS CUTTER)", "T1 M6", 12.0, ""),
     ],
 )
 def test_a_radius_in_place_of_a_diameter_is_told(dialect, remark, call, diameter, said):
@@ -1184,7 +1190,13 @@ def test_a_radius_in_place_of_a_diameter_is_told(dialect, remark, call, diameter
     [
         ("G43 Z-50 H1", "G1 Z-5 F100\nX20", "G0 Z50", 5),
         ("G43 Z50 H1", "G1 Z-5 F100\nX20", "G0 Z-50", 8),
-        ("G43 Z50 H1", "G0 Z-20\nG1 Z-5 F100\nX20", "G0 Z50", 6),
+        ("G43 Z50 H1", "G1 Z-5 F100\nG0 Z-50\nX40\nZ2\nG1 Z-5\nX20", "G0 Z50", 7),  # a retract between two cuts
+        ("G43 Z50 H1", "G1 Z-5 F100\nG0 Z-40\nX40\nZ2\nG1 Z-5\nX20", "G0 Z50", None),  # no height of the program
+        # cuts from below: nothing else has this height, or they begin there
+        ("G43 Z50 H1", "G0 Z-20\nG1 Z-5 F100\nX20", "G0 Z50", None),
+        ("G43 Z20 H1", "G0 Z-20\nG1 Z-5 F100\nX20", "G0 Z-20\nX0\nZ20", None),
+        ("X1\nG43 Z20 H1", "G0 Z-20\nG1 Y-12 Z-5 F100\nX20\nG0 Y-20\nZ-20", "Z20", None),
+        ("G43 Z20 H1", "G0 Z-20\nG1 Z-19 F200\nG3 X20 Z-10 I10", "G0 X0\nZ20", None),
         ("G43 Z50 H1\nX40", "G0 Z-20\nG1 X20 F100\nZ-5", "G0 Z50", None),  # beside the part, and into it from there
         ("G43 Z50 H1", "G1 Z-5 F100\nG0 Z5\nZ-4.5\nG1 Z-9", "G0 Z50", None),  # pecks
         ("G43 Z50 H1", "G18 G2 X20 Z40 I10 K-5 F100\nG17 G0 Z34", "G0 X60", None),  # the arc went deeper
@@ -1194,7 +1206,10 @@ def test_a_radius_in_place_of_a_diameter_is_told(dialect, remark, call, diameter
 def test_a_rapid_below_every_cut_is_told(clear, cuts, end, line):
     told = list_sizes(f"G0 A0 C0 X0 Y0\n{clear}\n{cuts}\n{end}")
     assert [at for at, _text in told] == ([] if line is None else [line])
-    assert all("goes down to Z -" in text and "deepest cut of its tool is at Z -5 mm" in text for _at, text in told)
+    assert all(
+        "goes down to Z -50 mm, the deepest cut of its tool is at Z -5 mm, and other rapids go to Z 50" in text
+        for _at, text in told
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Slips of typing in a Klartext program: one finding names each, and an edit gives the program back."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -146,15 +147,18 @@ def test_the_lost_word_of_a_subprogram_is_written(
     assert program in [text for file, text, _settles in made.values() if file == path]
 
 
+@pytest.mark.parametrize("point", [".", ","])
 def test_a_lost_point_is_put_back_where_the_place_is_between_its_neighbours(
-    inspector: Inspector, tmp_path: Path
+    inspector: Inspector, tmp_path: Path, point: str
 ) -> None:
-    path, text = tmp_path / "a.h", PROGRAM.replace("X+20.25", "X+2025", 1)
+    """Klartext may have commas for the points of a program."""
+    right = re.sub(r"(?<=[XYZ][+-])(\d+)\.(?=\d)", rf"\1{point}", PROGRAM)
+    path, text = tmp_path / "a.h", right.replace(f"X+20{point}25", "X+2025", 1)
     found = check(inspector, path, text, SETUP)
     first = next(one for one in found.findings if one.severity == "error")
-    assert "X20.25 may be meant in line 8, its point is missing" in first.remedies[0]
+    assert f"X20{point}25 may be meant in line 8, its point is missing" in first.remedies[0]
     (fix, *_others) = find_fixes(inspector, found, first, {path: text}, NEVER)
-    assert (apply_places(fix), fix.settles) == (PROGRAM, False)
+    assert (apply_places(fix), fix.settles) == (right, False)
 
 
 def test_m136_is_named_where_f_is_no_feed_of_a_turn(inspector: Inspector, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 would.
 """
 
+import json
 import math
 import re
 from collections.abc import Callable
@@ -10,6 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+
+from verne_post.base.program_lines import add_angle, change_number, change_vector, find_word_of
 
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
 
@@ -426,6 +429,56 @@ def test_less_tilt_of_a_tool_axis_is_given_in_the_words_of_its_line(
     assert k < 0.0, "no more than the limit asks for"
     path.write_text(program.replace(now, then), "utf-8")
     assert run("check", path, "--setup", setup).code == 0
+
+
+#: The same tilt by words that cannot be written anew: where they are incremental, of a variable, or computed.
+COMPUTED = [
+    ("a.nc", "G21 G90 G94 G54\n#1=101\nG0 X0 Y0 Z100 A0 C0\nG1 Z60 F500\nG1 X10 A#1\nG1 A60\nM30\n", 5),
+    ("b.nc", "G21 G90 G94 G54\nG0 X0 Y0 Z100 A0 C0\nG1 Z60 F500 A50\nG91 G1 X10 A51\nG1 A-41\nG90\nM30\n", 4),
+    ("a.mpf", "G17 G54 G90 G94 G710\nTRAORI\nG0 X0 Y0 Z100 A0 C0\nG1 Z60 F500\nX10 A=(100+1)\nA60\nM30\n", 5),
+    (
+        "a.h",
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nM128\nL X+0 Y+0 Z+100 A+0 C+0 R0 FMAX M3\nL Z+60 F500 A+50\n"
+        "L X+10 IA+51\nL A+60\nM30\nEND PGM A MM\n",
+        6,
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "program", "line"), COMPUTED, ids=lambda value: str(value)[:5])
+def test_less_tilt_of_computed_words_is_a_sentence_without_an_edit(
+    name: str, program: str, line: int, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    (tmp_path / name).write_text(program, "utf-8")
+    given = ("--tool-length", 80, "--wcs", "G54=0,0,40")
+    said = r"within limits if the line ends at A 97\.6\d+ instead of A 101, tip and C as they are"
+    assert re.search(said, run("explain", f"{tmp_path / name}:{line}", *given).out)
+    told = run("check", tmp_path / name, *given, "--output-format", "jsonl").out
+    (item,) = (one for one in map(json.loads, told.splitlines()) if one.get("code") == "VP102")
+    remedies = json.dumps(item)
+    assert re.search(f"line {line} alone: {said}", remedies)
+    assert '"97.6' not in remedies
+
+
+def test_less_tilt_keeps_the_comma_of_its_word(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """A-101,5 was read as -101: the remedy was lost."""
+    line = "6 L X+10,5 A-101,5 F500"
+    word = find_word_of(line, "A", -101.5)
+    assert word is not None
+    assert change_number(line, word, "-97.5") == "6 L X+10,5 A-97,5 F500"
+    assert add_angle("6 L X+10,5 F500", "A", "-97") == "6 L X+10,5 A-97 F500"
+    (tmp_path / "a.h").write_text(
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nM128\n4 L X+0 Y+0 Z+100 A+0 C+0 R0 FMAX M3\n5 L Z+60 F500 A-60\n"
+        f"{line}\n7 L A-60\n8 L Z+100 A+0\nM30\nEND PGM A MM\n",
+        "utf-8",
+    )
+    told = run("check", tmp_path / "a.h", "--tool-length", 80, "--wcs", "G54=0,0,40").out
+    assert "line 6 alone: within limits if the line ends at A -97.686 instead of A -101.5" in told
+
+
+def test_a_component_of_a_vector_is_no_negative_zero() -> None:
+    line = "X10 A3=0 B3=-0.99 C3=-0.2"
+    assert change_vector(line, "siemens", (-0.0, -0.9, -1e-9)) == ("A3=0 B3=-0.99 C3=-0.2", "A3=0 B3=-0.9 C3=0.")
 
 
 def test_a_line_that_begins_beyond_the_tilt_names_the_line_before(run: Callable[..., Any]) -> None:

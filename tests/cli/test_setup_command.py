@@ -459,6 +459,18 @@ def test_a_tool_by_name_keeps_its_number(
         Path("part.mpf.toml").unlink()
 
 
+def test_tools_of_skipped_blocks_are_called_too(run: Run, tmp_path: Path) -> None:
+    """The switch of the control may be off the next time: tool 2 was left out, and told to be called by no line."""
+    (tmp_path / "part.nc").write_text("G21 G90 G54\nT1 M6\n/T2 M6\nG43 H1\nG0 X0 Y0 Z90\nG1 Z80 F500\nM30\n")
+    (tmp_path / "tools.tbl").write_text("".join(f"T{n} P{n} Z{n}0 D8\n" for n in range(1, 4)))
+    given = ("--tool-table", tmp_path / "tools.tbl", "--wcs", "G54=1,2,3", "--block-delete")
+    told = run("setup", tmp_path / "part.nc", "-o", "-", *given)
+    assert list(tomllib.loads(told.out)["tools"]) == ["1", "2"]
+    setup = tmp_path / "part.nc.toml"
+    setup.write_text("[wcs]\nG54 = [0, 0, 40]\n[tools]\n1 = { length = 80 }\n2 = { length = 90 }\n", "utf-8")
+    assert "VP041" not in run("check", tmp_path / "part.nc", "--block-delete").out
+
+
 def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Path) -> None:
     """Nothing is said of the diameter that stands in for it: the inside arc has a radius of 2 mm."""
     program = tmp_path / "part.nc"

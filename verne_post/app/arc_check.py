@@ -16,6 +16,8 @@ from verne_post.model.moves import MoveKind, Moves
 _NEARLY: Final = math.radians(1.0)
 #: Centres are rounded, and half a turn may be a little less.
 _HALF_TURN_DEG: Final = 179.9
+#: Radii of arcs that repeat differ by rounding, mm.
+_SAME_MM: Final = 0.01
 #: How words of a language say the sense of an arc, and its radius.
 _SENSES: Final = {
     "heidenhain": "DR+ or DR-",
@@ -63,6 +65,8 @@ def _find_doubt(moves: Moves, at: int) -> str:
     before, after = _find_direction(moves, first, axes, at_end=True), _find_direction(moves, last, axes)
     if before is None or after is None or not moves.frame[first] == moves.frame[at] == moves.frame[last]:
         return ""
+    if any(_is_alike(moves, at, row) for row in (first, last)):
+        return ""  # as in a row of scallops
     sense = 1.0 if moves.arcs.sweep[moves.arc[at]] > 0 else -1.0
     beyond = p[0] + q[0] - c[0], p[1] + q[1] - c[1]
 
@@ -73,6 +77,15 @@ def _find_doubt(moves: Moves, at: int) -> str:
     if any(list_fits(c, sense)):
         return ""
     return "sense" if all(list_fits(c, -sense)) else "radius" if all(list_fits(beyond, sense)) else ""
+
+
+def _is_alike(moves: Moves, at: int, row: int) -> bool:
+    """Whether a move is an arc of the same sense and radius as an arc."""
+    if moves.arc[row] < 0:
+        return False
+    arcs = moves.arc[[at, row]]
+    sweeps, radii = moves.arcs.sweep[arcs], np.linalg.norm(moves.end[[at, row], :3] - moves.arcs.center[arcs], axis=1)
+    return bool(sweeps[0] * sweeps[1] > 0.0 and abs(radii[0] - radii[1]) <= _SAME_MM)
 
 
 def _find_direction(moves: Moves, row: int, axes: tuple[int, int], *, at_end: bool = False) -> Point | None:

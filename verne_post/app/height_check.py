@@ -16,14 +16,17 @@ _DEEPER_MM: Final = 0.5
 
 
 def check_heights(moves: Moves, begin: int = 0) -> Iterator[Finding]:
-    """VP505, once a program: the first rapid that goes down below every cut of its tool in the same system.
+    """VP505, once a program: the first rapid below every cut of its tool in the same system whose height with the
+    other sign is that of another rapid of the program.
 
     ``begin``: the first move that is judged; cuts before it count.
 
-    A cut straight up is no sign of depth: it may only leave it. Cycles plunge as they must, as those that bore
-    backwards, and a line that cuts, too, is one. Nor is a line looked at of which something else was found.
+    Who spot-faces from behind, deburrs a lower edge or mills a thread upwards goes down so, too: a height from which
+    cuts begin is meant, unless it is the first one of its tool, which comes from where tools are changed. Cycles
+    plunge as they must, and a line that cuts, too, is one. Nor is a line looked at of which something else was found.
     """
     cuts = ~np.isin(moves.kind, (MoveKind.RAPID, MoveKind.DWELL))
+    rapids = (moves.kind == MoveKind.RAPID) & ~moves.find_in_machine()
     if len(moves) < 2 or not cuts.any():
         return
     tools = find_tool_of_moves(np.arange(len(moves)), 0, moves)
@@ -33,24 +36,30 @@ def check_heights(moves: Moves, begin: int = 0) -> Iterator[Finding]:
     start = np.vstack([moves.start[None, :3], end[:-1]])
     follows = np.append(False, np.diff(system) == 0)
     lowest = np.full(int(system.max()) + 1, np.inf)
+    # a cut straight up is no sign of depth: it may only leave it
     beside = (np.abs(end - start)[:, :2] > 0.0).any(axis=1)
     depths = np.where(follows & (beside | (end[:, 2] < start[:, 2])), np.minimum(start[:, 2], end[:, 2]), end[:, 2])
     np.minimum.at(lowest, system[cuts], _lower_arcs(moves, depths)[cuts])
+    deep = rapids & (end[:, 2] < lowest[system] - _DEEPER_MM) & np.isfinite(lowest[system])
+    deep &= ~np.isin(moves.line, moves.line[cuts]) & ~np.isin(moves.line, [item.line or 0 for item in moves.findings])
     lengths = np.array([frame.tool_length for frame in moves.frames])[moves.frame]
-    is_called = np.append(False, (np.diff(tools) != 0) | (np.diff(lengths) != 0))  # as in G43 Z50 H1
-    deep = (moves.kind == MoveKind.RAPID) & ~moves.find_in_machine()
-    deep &= is_called | (follows & (end[:, 2] < start[:, 2]))
-    deep &= (
-        (end[:, 2] < lowest[system] - _DEEPER_MM) & np.isfinite(lowest[system]) & ~np.isin(moves.line, moves.line[cuts])
-    )
-    deep &= ~np.isin(moves.line, [item.line or 0 for item in moves.findings])
-    for at in (begin + np.flatnonzero(deep[begin:])[:1]).tolist():
+    first = np.append(False, (np.diff(tools) != 0) | (np.diff(lengths) != 0))  # as in G43 Z50 H1
+    deep &= first | (follows & (end[:, 2] < start[:, 2]))
+    deep[:begin] = False
+    if not deep.any():
+        return
+    deep &= np.isin(-end[:, 2], end[rapids, 2])
+    begun = start[cuts & follows, 2]
+    for at in np.flatnonzero(deep).tolist():
         line, height, cut = int(moves.line[at]), float(end[at, 2]), float(lowest[system[at]])
+        if not first[at] and height in begun[system[cuts & follows] == system[at]]:
+            continue
         text = (
-            f"this rapid goes down to Z {height:.6g} mm, and the deepest cut of its tool is at Z {cut:.6g} mm: is the "
-            "sign of the height right?"
+            f"this rapid goes down to Z {height:.6g} mm, the deepest cut of its tool is at Z {cut:.6g} mm, and other "
+            f"rapids go to Z {-height:.6g} mm: is the sign of the height right?"
         )
         yield make_finding("VP505", text, line=line, last_line=line, worst_line=line, quantity=HEIGHT)
+        return
 
 
 def _lower_arcs(moves: Moves, depths: Array) -> Array:

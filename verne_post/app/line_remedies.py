@@ -33,8 +33,8 @@ CONTACTS: Final = ("VP215", "VP216")
 _SAME_DEG: Final = 1e-6
 #: So many tilts of an end, and branches, are tried on the program, the nearest first.
 _TRIED: Final = 3
-#: Whether the line has no errors with some words, and the program no others.
-Trial = Callable[[Sequence[Remedy]], bool]
+#: Whether the line has no errors with some words, and the program no others; None where these cannot be written.
+Trial = Callable[[Sequence[Remedy]], bool | None]
 
 
 class Line(Struct, frozen=True, eq=False):
@@ -189,8 +189,10 @@ def _propose_tilts(line: Line, findings: Sequence[Finding], holds: Trial) -> Ite
         for tilt in islice(remedies.list_legal_end_tilts(joints, place), _TRIED):
             then = joints.machine.coordinates.map_from_table(tip[0], np.array([tilt, angles[0, 1]]), line.frame)
             remedy = _name_tilt(line, tip[0], (tilt, float(angles[0, 1])), now, then)
-            if remedy is not None and holds([remedy]):
-                yield remedy
+            is_right = remedy is not None and holds([remedy])
+            if remedy is not None and is_right is not False:
+                # a word in G91, a variable or a loop: who reads the number knows where it comes from
+                yield remedy if is_right else Remedy(remedy.text)
                 break
 
 

@@ -119,7 +119,11 @@ def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraf
     keys |= {("remap", code) for code in needed.codes}
     names = {number: name for name, number in list_tool_numbers(options).items()}
     moves = draft.moves
-    for change, number in list_tool_changes(moves.events):
+    events = list(moves.events)
+    if options.block_delete:  # a switch of the control: the same set-up serves when it is off
+        whole = build_interpreter_setup(machine, options.changed(block_delete=False))
+        events += read_past_errors(source, whole)[0].events
+    for change, number in list_tool_changes(events):
         called = str(number), names.get(number), change.data.get("name")
         keys |= {("tools", str(name)) for name in called if name}
     keys |= {("wcs", name_system(moves.frames[index].system)) for index in np.unique(moves.frame)}

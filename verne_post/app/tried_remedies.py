@@ -28,7 +28,14 @@ from verne_post.app.line_remedies import (
 from verne_post.app.meant_motion import find_meant_motion
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
-from verne_post.base.program_lines import add_angle, change_number, find_machine_code, find_word, find_word_of
+from verne_post.base.program_lines import (
+    add_angle,
+    change_number,
+    find_machine_code,
+    find_word,
+    find_word_of,
+    read_number,
+)
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import is_in_inches, read_as_mm
@@ -73,6 +80,8 @@ _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "VP301": ("--allow-rewind", {"allow_rewind": True}),
     "VP217": ("--correct-axis", {"correct_axis": True}),
 }
+#: So many places of a lost point are tried, each as long as a check.
+_POINTS_TRIED: Final = 3
 #: So many of the places that were tried in vain are named.
 _NAMED_PLACES: Final = 4
 
@@ -292,15 +301,18 @@ def _name_left(codes: Sequence[str]) -> str:
 
 
 def build_trial(source: Text, program: Program, line: Line) -> Trial:
-    """Whether words leave a line no errors, and other lines no errors and no turns of the table that they had not."""
+    """Whether words leave a line no errors, and other lines no errors and no turns of the table that they had not.
+
+    None where a line does not have them, as in a loop or in G91.
+    """
     before: list[set[tuple[object, ...]]] = []
 
-    def holds(words: Sequence[Remedy]) -> bool:
+    def holds(words: Sequence[Remedy]) -> bool | None:
         lines = bytes(source).split(b"\n")
         for word in words:
             changed = _change_line(lines[word.line - 1].decode("utf-8", errors="replace"), word)
             if changed is None:
-                return False
+                return None
             lines[word.line - 1] = changed.encode()
         try:
             made = assemble(b"\n".join(lines), program.machine, program.options, program.team)
@@ -378,7 +390,7 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
     ends = sorted(propose_ends(line, warnings=False), key=lambda one: abs(float(one.value) - one.word[1]))
     depth = find_word(text, "Z")
     if depth is not None and is_hole:
-        ends = list(propose_depth(line, float(depth[2])))
+        ends = list(propose_depth(line, read_number(depth[2])))
     for one in ends:
         letter, now = one.word
         word = find_word_of(text, letter, now)
@@ -407,20 +419,25 @@ def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) 
     number = min(item.line or 0 for item in errors)
     lines = bytes(source).split(b"\n")
     text = lines[number - 1].decode("utf-8", errors="replace")
+    left = _POINTS_TRIED
     for letter in "XYZ":
         word = find_word(text, letter)
         digits = "" if word is None else word[2].lstrip("+-")
         if word is None or len(digits) < len("10") or not digits.isdecimal():
             continue
-        if re.search(rf"(?<![A-Z_$]){letter}[ \t]*=?[ \t]*[-+]?\d*\.".encode(), bytes(source), re.IGNORECASE) is None:
+        others = re.search(
+            rf"(?<![A-Z_$]){letter}[ \t]*=?[ \t]*[-+]?\d*(\.|,(?=\d))".encode(), source[:], re.IGNORECASE
+        )
+        if others is None:
             continue
         around = (_find_nearest(one, letter) for one in (reversed(lines[: number - 1]), lines[number:]))
         beside = [one for one in around if one is not None]
         sign = word[2].removesuffix(digits)
         for at in range(len(digits) - 1, 0, -1):
-            value = f"{sign}{digits[:at]}.{digits[at:]}".removeprefix("+")
-            if len(beside) != 2 or not min(beside) <= float(value) <= max(beside):
+            value = f"{sign}{digits[:at]}{others[1].decode()}{digits[at:]}".removeprefix("+")
+            if not left or len(beside) != 2 or not min(beside) <= read_number(value) <= max(beside):
                 continue
+            left -= 1
             changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
             if _is_right_with(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program):
                 said = f"{letter}{value} may be meant in line {number}, its point is missing: within limits with it"
@@ -431,7 +448,7 @@ def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) 
 def _find_nearest(lines: Iterable[bytes], letter: str) -> float | None:
     """The number of a letter in the first of some lines that has it."""
     words = (find_word(one.decode("utf-8", errors="replace"), letter) for one in lines)
-    return next((float(one[2]) for one in words if one is not None), None)
+    return next((read_number(one[2]) for one in words if one is not None), None)
 
 
 def find_end_before_contact(source: Text, program: Program, line: Line) -> str | None:

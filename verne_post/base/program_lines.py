@@ -51,6 +51,15 @@ def goes_to_reference(line: str) -> bool:
     return _REFERENCE_CODES.search(remove_remarks(line)) is not None
 
 
+#: Klartext may have a comma for the point.
+_DIGITS: Final = r"(?:\d+(?:,\d+|\.\d*)?|[.,]\d+)"
+
+
+def read_number(number: str) -> float:
+    """The value of a number of :func:`find_word`."""
+    return float(number.replace(",", "."))
+
+
 def find_word(line: str, letter: str) -> re.Match[str] | None:
     """A letter (1) with its number (2), outside remarks; None where the line does not have it once."""
     found = _list_words(line, letter)
@@ -58,7 +67,7 @@ def find_word(line: str, letter: str) -> re.Match[str] | None:
 
 
 def _list_words(line: str, letter: str) -> list[re.Match[str]]:
-    pattern = rf"(?<![A-Za-z_])({letter}[ \t]*=?[ \t]*)([-+]?(?:\d+\.?\d*|\.\d+))"
+    pattern = rf"(?<![A-Za-z_])({letter}[ \t]*=?[ \t]*)([-+]?{_DIGITS})"
     return list(re.finditer(pattern, remove_remarks(line), re.IGNORECASE))
 
 
@@ -67,7 +76,8 @@ def find_word_of(line: str, letter: str, value: float) -> re.Match[str] | None:
 
     In a loop, an incremental block or inches the number has another meaning.
     """
-    found = [one for one in _list_words(line, letter) if math.isclose(float(one[2]), value, abs_tol=LIMIT_SLACK_MM)]
+    words = _list_words(line, letter)
+    found = [one for one in words if math.isclose(read_number(one[2]), value, abs_tol=LIMIT_SLACK_MM)]
     return found[0] if len(found) == 1 else None
 
 
@@ -79,25 +89,26 @@ _GOTO: Final = re.compile(rf"GOTO\s*/(?:\s*{_NUMBER}\s*,){{3}}" + ",".join([rf"\
 
 
 def change_number(line: str, word: re.Match[str], value: str) -> str:
-    """A line with another number in a word of :func:`find_word`, which keeps its sign and point where it can."""
+    """A line with another number in a word of :func:`find_word`, which keeps its sign, point or comma where it can."""
     return f"{line[: word.start(2)]}{write_like(word[2], value)}{line[word.end(2) :]}"
 
 
 def write_like(number: str, value: str, language: str = "") -> str:
-    """A number as another one is written: with its point, and its sign, which most numbers of Klartext have."""
-    value = value if "." in value or "." not in number else f"{value}."
+    """A number as another one is written: with its point or comma, and its sign, as most numbers of Klartext have."""
+    if "," in number:
+        value = value.replace(".", ",")
+    elif "." in number and "." not in value:
+        value = f"{value}."
     has_sign = number.startswith("+") or (number.startswith("-") and language == "heidenhain")
     return f"+{value}" if has_sign and not value.startswith("-") else value
 
 
 def add_angle(line: str, letter: str, value: str) -> str | None:
     """A line that gets a rotary word, behind its last linear one; None where it has no such word, or this letter."""
-    if re.search(rf"(?<![A-Za-z_]){letter}(?![A-Za-z])", remove_remarks(line), re.IGNORECASE):
+    if re.search(rf"(?<![A-Za-z_])I?{letter}(?![A-Za-z])", remove_remarks(line), re.IGNORECASE):
         return None
-    ends = [
-        one.end() for one in re.finditer(rf"(?<![A-Za-z_])[XYZ][ \t]*=?[ \t]*{_NUMBER}", remove_remarks(line), re.I)
-    ]
-    return f"{line[: ends[-1]]} {letter}{value}{line[ends[-1] :]}" if ends else None
+    ends = [word.end() for axis in "XYZ" for word in _list_words(line, axis)]
+    return f"{line[: max(ends)]} {letter}{value}{line[max(ends) :]}" if ends else None
 
 
 def change_vector(line: str, language: str, vector: Iterable[float]) -> tuple[str, str] | None:
@@ -112,6 +123,6 @@ def change_vector(line: str, language: str, vector: Iterable[float]) -> tuple[st
         return None
     begin, end, changed = min(word[0] for word in words), max(word[2] for word in words), line
     for (_start, first, last), value in sorted(zip(words, vector, strict=True), reverse=True):
-        number = f"{value:.7f}".rstrip("0").rstrip(".")
+        number = f"{round(value, 7) + 0.0:.7f}".rstrip("0").rstrip(".")
         changed = f"{changed[:first]}{write_like(line[first:last], number)}{changed[last:]}"
     return line[begin:end], changed[begin : len(changed) - len(line) + end]
