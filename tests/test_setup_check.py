@@ -1110,7 +1110,7 @@ def test_a_siemens_program_is_told_in_its_own_words(offset, code, said):
         ("fanuc", "G95 G1 X5. F900.\nX9.", 6, "F is 900 mm a turn here: no cut has more than 20 mm a turn"),
         ("rs274", "G1 X5 F15000000", 6, "F is 15000000 mm/min here: no cut has more than 100000 mm/min"),
         ("siemens", "G95 G1 X5 F900", 6, "G95 of line 6 is active: if mm/min were meant, write G94 in its"),
-        ("heidenhain", "L X+5 R0 F400 M136", 5, "if mm/min were meant, write M137 before"),
+        ("heidenhain", "L X+5 R0 F400 M136", 5, "M136 of line 5 is active: if mm/min were meant, write M137 in"),
         ("fanuc", "G95 G1 X5. F9.\nG94 X9. F20000.", None, ""),
         ("fanuc", "G1 X5. F1.5\nG95 G0 X9.", None, ""),
     ],
