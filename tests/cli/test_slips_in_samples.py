@@ -83,7 +83,7 @@ def test_a_slip_in_the_first_line_is_one_finding(inspector: Inspector, tmp_path:
     ("name", "right", "wrong", "code", "line", "said"),
     [
         ("two_faces.mpf", "N180 CYCLE800()\n", "", "VP043", 37, "the plane of CYCLE800 in line 32"),
-        ("two_faces_fanuc.nc", "%\nO1300", "5\nO1300", "VP001", 1, "or % if the program begins here"),
+        ("two_faces_fanuc.nc", "%\nO1300", "5\nO1300", "VP001", 1, "a program that ends with % begins with one"),
         ("two_faces_fanuc.nc", "N200 G69\n", "", "VP043", 30, "the plane of G68.2 in line 25"),
         ("two_faces.h", "49 M129\n", "", "", 0, ""),
         ("two_faces.h", "38 PLANE RESET MOVE DIST0 FMAX\n", "", "VP017", 58,
