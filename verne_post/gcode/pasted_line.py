@@ -63,6 +63,8 @@ _SIEMENS_VALUE: Final = rf"{_OPERAND}(?:{_OPERATOR}{_OPERAND})*"
 #: What a name in an expression may be, apart from the functions and operators of the language.
 _NAME: Final = re.compile(r"\"[^\"]*\"|\$?[A-Z_]\w*")
 _MACRO_NAME: Final = re.compile(r"#<[^<>]*>|#\d+|[A-Z_]+")  # a number may touch an operator: #1EQ9
+#: Words behind G65 that may be arguments, so that a long line takes no time.
+_MOST_ARGUMENTS: Final = 100
 _OF_COMPUTED_VALUE: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
 #: How the text of a letter that moves an axis begins.
 _OF_AXES: Final = ("where ", "by how much")
@@ -229,11 +231,14 @@ class _Reader:
     def list_words(self) -> list[Word]:
         """The words in their order; a letter as what it means beside the codes of its line."""
         words = sorted(self.words)
-        codes = list_codes(words)
-        return [word._replace(text=self._describe(word, words, codes)) if word.value else word for word in words]
+        codes, is_of_machine = list_codes(words), bool(find_machine_code(self.code, self.dialect))
+        return [
+            word._replace(text=self._describe(word, words, codes, is_of_machine=is_of_machine)) if word.value else word
+            for word in words
+        ]
 
-    def _describe(self, word: Word, words: Sequence[Word], codes: Sequence[str]) -> str:
-        """What a word with a value does."""
+    def _describe(self, word: Word, words: Sequence[Word], codes: Sequence[str], *, is_of_machine: bool) -> str:
+        """What a word with a value does; the places of the line may be those of the machine."""
         name, value, text = word.name, word.value or "", word.text.removesuffix(_OF_COMPUTED_VALUE)
         tail = word.text.removeprefix(text)  # that it is computed
         mode = _MODE.fullmatch(value)
@@ -241,7 +246,7 @@ class _Reader:
             return f"{beside.format(value.strip().removeprefix('+').rstrip('.'))}{tail}"
         if not tail and name.removeprefix("I") in [*"XYZABCUVW"] and text.startswith(_OF_AXES):
             shown_text, end = describe_place(name, mode[2] if mode else value, self.dialect), "; in G91 on by that much"
-            if find_machine_code(self.code, self.dialect):
+            if is_of_machine:
                 return f"{shown_text.removesuffix(end)}, in machine coordinates"
             is_step = mode is not None and mode[1] == "IC"
             return shown_text.removesuffix(end).replace(" to ", " on by ", is_step) if mode else shown_text
@@ -272,17 +277,18 @@ def list_codes(words: Sequence[Word]) -> list[str]:
     names = [word.name for word in words]
     kinds = [f"G10 L{word.value.lstrip('0')}" for word in words if word.name == "L" and word.value]
     heads = [" ".join(name.split()[:2]) for name in names if " " in name]  # TRANS DATUM AXIS
-    return sorted([*kinds[: "G10" in names], *names, *heads], key=lambda one: one in BESIDE_MOTION)
+    return sorted(dict.fromkeys([*kinds[: "G10" in names], *names, *heads]), key=lambda one: one in BESIDE_MOTION)
 
 
 def find_beside(word: Word, words: Sequence[Word], codes: Sequence[str], dialect: str) -> tuple[str, str]:
     """The code beside which a letter of a line means something else, and what, with {} for its value; empty without."""
     if word.name[0] == ",":
         return ",", OF_CORNERS[word.name[1:]]
-    call = next((one for one in words if one.name in ("G65", "G66")), None)
-    if dialect == "fanuc" and call is not None and call.begin < word.begin:
-        letters = [one.name for one in words if call.begin < one.begin <= word.begin and one.value]
-        if number := number_argument("".join(letters)):
+    if dialect == "fanuc" and ("G65" in codes or "G66" in codes):
+        at, call = next((at, one) for at, one in enumerate(words) if one.name in ("G65", "G66"))
+        letters = [one.name for one in words[at + 1 : at + _MOST_ARGUMENTS] if one.begin <= word.begin and one.value]
+        is_argument = call.begin < word.begin <= words[at + 1 : at + _MOST_ARGUMENTS][-1].begin
+        if is_argument and (number := number_argument("".join(letters))):
             return call.name, f"argument #{number} of the macro: {{}}"
     of_codes = OF_LETTERS.get(dialect, {})
     code = next((one for one in codes if word.name in of_codes.get(one, {})), "")
