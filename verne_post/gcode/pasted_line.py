@@ -59,12 +59,14 @@ _OPERAND: Final = (
     rf"|[$A-Z_][\w$]*(?:[ \t]*(?:{_BRACKET}|{_PARENTHESES}))*|{_PARENTHESES})"
 )
 _OPERATOR: Final = r"[ \t]*(?:<<|==|<>|<=|>=|[-+*/<>]|(?:B_)?(?:AND|OR|XOR)\b|DIV\b|MOD\b)[ \t]*"
+#: Longer ones are several words without a blank, as X1Y2 may be.
+_SIEMENS_NAME: Final = r"[$A-Z_][\w$]{0,99}+"
 _SIEMENS_VALUE: Final = rf"{_OPERAND}(?:{_OPERATOR}{_OPERAND})*"
 #: What a name in an expression may be, apart from the functions and operators of the language.
 _NAME: Final = re.compile(r"\"[^\"]*\"|\$?[A-Z_]\w*")
 _MACRO_NAME: Final = re.compile(r"#<[^<>]*>|#\d+|[A-Z_]+")  # a number may touch an operator: #1EQ9
-#: Words behind G65 that may be arguments, so that a long line takes no time.
-_MOST_ARGUMENTS: Final = 100
+#: Words behind G65 that may be arguments, or before an F, so that a long line takes no time.
+_MOST_WORDS: Final = 100
 _OF_COMPUTED_VALUE: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
 #: How the text of a letter that moves an axis begins.
 _OF_AXES: Final = ("where ", "by how much")
@@ -95,7 +97,7 @@ _MAY_HAVE_VALUES: Final = re.compile(r"\(|\bCYCL[ \t]+DEF\b", re.IGNORECASE)
 
 
 #: What is passed as one word where it is not read.
-_UNREAD: Final = r"[$#]?[A-Z_]+[-+\d.]*|[-+\d.]+|."
+_UNREAD: Final = r"[$#]?[A-Z_]+[-+\d.]*|[$#]+|[-+\d.]+|."
 
 
 class UnreadWord(ValueError):
@@ -286,8 +288,8 @@ def find_beside(word: Word, words: Sequence[Word], codes: Sequence[str], dialect
         return ",", OF_CORNERS[word.name[1:]]
     if dialect == "fanuc" and ("G65" in codes or "G66" in codes):
         at, call = next((at, one) for at, one in enumerate(words) if one.name in ("G65", "G66"))
-        letters = [one.name for one in words[at + 1 : at + _MOST_ARGUMENTS] if one.begin <= word.begin and one.value]
-        is_argument = call.begin < word.begin <= words[at + 1 : at + _MOST_ARGUMENTS][-1].begin
+        letters = [one.name for one in words[at + 1 : at + _MOST_WORDS] if one.begin <= word.begin and one.value]
+        is_argument = call.begin < word.begin <= words[at + 1 : at + _MOST_WORDS][-1].begin
         if is_argument and (number := number_argument("".join(letters))):
             return call.name, f"argument #{number} of the macro: {{}}"
     of_codes = OF_LETTERS.get(dialect, {})
@@ -448,9 +450,9 @@ def _read_siemens(r: _Reader) -> None:
     while not r.is_at_end:
         if r.take_word(";.*", _REMARK) or r.take_word("%.*", "the text of the program begins: its name"):
             continue
-        if match := r.take(rf"([$A-Z_][\w$]*(?:[ \t]*{_BRACKET})?)[ \t]*=[ \t]*(?!=)"):
+        if match := r.take(rf"({_SIEMENS_NAME}(?:[ \t]*{_BRACKET})?)[ \t]*=[ \t]*(?!=)"):
             _read_assignment(r, match)
-        elif match := r.take(rf"([$A-Z_][\w$]*)[ \t]*(?=\()({_PARENTHESES})"):
+        elif match := r.take(rf"({_SIEMENS_NAME})[ \t]*(?=\()({_PARENTHESES})"):
             _read_call(r, match)
         elif match := r.take(rf"({'|'.join(list_parameters())})[ \t]*(\([^()]*)$"):
             _read_call(r, match)
@@ -628,25 +630,28 @@ def _read_klartext_words(r: _Reader, statement: str = "CYCL DEF") -> None:
 
 
 @cache
-def _list_statements() -> list[str]:
-    """The keywords of statements, the longest first."""
+def _list_statements() -> list[tuple[str, re.Pattern[str]]]:
+    """The keywords of statements, the longest first; M, F, S and compensation are words, and stay."""
     firsts = {name.split()[0] for name in klartext.STATEMENTS if " " in name} | {"PLANE", "FUNCTION", "TRANS"}
     phrases = {name for name in _list_texts("heidenhain") if " " in name and name.split()[0] in firsts}
     phrases = {name for name in phrases if not re.fullmatch(r"CYCL DEF \d+", name)}
-    return sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
+    names = sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
+    ends = dict.fromkeys(("L", "C"), r"(?=[ \t]|$)")
+    ends |= dict.fromkeys(("M", "F", "S"), r"(?=[ \t]*[\d.,QMAU])") | dict.fromkeys(("R0", "RL", "RR"), r"(?!\w)")
+    ends = {name: r"(?=[ \t]*\d+[ \t]*=)" if name[0] == "Q" else r"(?![A-Z])" for name in names} | ends
+    return [(name, re.compile(r"[ \t]+".join(map(re.escape, name.split())) + ends[name])) for name in names]
 
 
 def _take_statement(r: _Reader) -> re.Match[str] | None:
-    """The keyword of a statement, which is told; M, F, S and compensation are words, and stay."""
-    for name in _list_statements():
-        pattern = r"[ \t]+".join(map(re.escape, name.split()))
-        if name in ("M", "F", "S", "R0", "RL", "RR"):
-            if re.compile(rf"{name}[ \t]*[\d.,QMAU]" if len(name) == 1 else rf"{name}(?!\w)").match(r.code, r.at):
-                return re.compile(r"").match(r.code, r.at)
+    """The keyword of a statement, which is told."""
+    first = r.code[r.at : r.at + 1]
+    for name, pattern in _list_statements():
+        if name[0] != first:
             continue
-        behind = {"L": r"(?=[ \t]|$)", "C": r"(?=[ \t]|$)"}
-        end = behind.get(name, r"(?=[ \t]*\d+[ \t]*=)" if name[0] == "Q" else r"(?![A-Z])")
-        if match := r.take(rf"{pattern}{end}"):
+        if name in ("M", "F", "S", "R0", "RL", "RR"):
+            if pattern.match(r.code, r.at):
+                return re.compile(r"").match(r.code, r.at)
+        elif match := r.take(pattern):
             text = r.texts.get(name, "")
             if name in klartext.REFUSED_STATEMENTS:
                 r.add(match, text)
@@ -742,12 +747,13 @@ def _add_klartext_word(r: _Reader, match: re.Match[str], statement: str) -> None
     elif match["name"]:
         name, value = match["name"], match["value"]
         text = LETTERS_OF_KLARTEXT.get(name) or OF_NAMES["Klartext"].get(name, "") or r.texts.get(name, "")
-        last = next((one.name for one in reversed(r.words) if _CODE.fullmatch(one.name)), "")
         if name == "F" and statement == "TOOL CALL":
             text = "feed rate in mm/min, from here on and of F AUTO"
         elif name == "F":
             in_force = klartext.STATEMENTS["F"] if statement != "RND" else "feed rate of this rounding alone"
             in_force = "feed rate of the turn of the rotary axes" if statement.startswith("PLANE") else in_force
+            last_words = reversed(r.words[-_MOST_WORDS:])
+            last = next((one.name for one in last_words if _CODE.fullmatch(one.name)), "")
             text = klartext.FEED_OF_FUNCTIONS.get(last, in_force)
         elif name == "R" and not statement:
             text = "radius"
