@@ -769,13 +769,14 @@ def test_what_may_be_meant_is_not_preferred(
         (".mpf", "R1-5\nX=R1", "R1-5", ["R1=R1-5", "R1=-5", "R1=5"]),
         (".mpf", "DEF INT K-3\nX=K", "K-3", ["K=3", "K=-3"]),
         (".h", "Q1 - 5", "Q1 -", ["Q1 =", "Q1 = -"]),
+        (".ngc", "X10/5 Y1", "10/5", ["10.5", "[10/5]"]),
         (".h", "Q1 = 1\nQ1 - Q1 + 2", "Q1 - Q", ["Q1 = Q", "Q1 = - Q"]),
     ],
 )
-def test_a_minus_in_place_of_an_equals_sign_may_be_its_sign(
+def test_a_key_beside_that_of_an_equals_sign_or_a_point_is_a_choice(
     inspector: Inspector, tmp_path: Path, ending: str, lines: str, wrong: str, rights: list[str]
 ) -> None:
-    """The keys are neighbours: with and without the sign, and none is preferred."""
+    """A sign may be meant as it stands, too: none of the readings is preferred."""
     path, text = tmp_path / f"a{ending}", embed(ending, lines)
     errors = [one for one in check(inspector, path, text).findings if one.severity == "error"]
     assert [wrong.startswith(one.edits[0].misspelt) for one in errors] == [True]

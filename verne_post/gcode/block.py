@@ -13,7 +13,7 @@ from msgspec import Struct, field
 
 from verne_post.base.suggestions import drop_doubles, has_one_more
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
-from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant
+from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant, write_words
 from verne_post.gcode.templates import read_by_template
 from verne_post.model.findings import Remedy
 
@@ -380,8 +380,12 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
     right = f"[{found[0]}]"
     is_closed = text[found.end() : found.end() + 1] == "]" and text.count("[") < text.count("]")
     wrong = f"{found[0]}]" if is_closed else found[0]
-    edits = (Remedy(f"write {right}", right, misspelt=wrong),)
     message = f"{wrong}: an expression is written in brackets; did you mean {right}?"
+    if re.fullmatch(r"[-+]?\d+/\d+", wrong):  # the key of the / is beside that of the point
+        number = wrong.replace("/", ".")
+        text = f"{wrong}: an expression is written in brackets; write {number} or {right}"
+        return ProgramError("VP001", text, found.start() + 1, edits=write_words(wrong, number, right))
+    edits = (Remedy(f"write {right}", right, misspelt=wrong),)
     return ProgramError("VP001", message, found.start() + 1, edits=edits)
 
 
