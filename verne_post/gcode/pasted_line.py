@@ -776,7 +776,7 @@ def _add_klartext_word(r: _Reader, match: re.Match[str], statement: str) -> None
 def _read_apt(r: _Reader) -> None:
     r.take_word(r"\d+(?=[ \t]+[A-Z])", "number of the line")
     if r.take_word(
-        r"[-+]?[\d.][-+.,\dED \t]*,[-+.,\dED \t]*\$?$", "numbers of the statement that the line before begins"
+        r"[-+]?[\d.](?=[-+.\dED \t]{0,40}+,)[-+.,\dED \t]*+\$?$", "numbers of the statement that the line before begins"
     ):
         return
     if r.take_word(r"\$\$.*", "a remark; a system of coordinates in it counts"):
