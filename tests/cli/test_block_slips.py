@@ -306,6 +306,7 @@ M2
         ("G0 Z30", "G9 Z30", "such as G0", False),
         ("LT 3", "FT 3", "FT: no operator; GT or LT may be meant", False),
         ("Z#<depth>", "#Z<depth>", "the # before its letter; did you mean Z#<depth>?", True),
+        ("Z#<depth>", "Z#V<depth>", "a letter before the <; did you mean #<depth>?", True),
         ("o100 endsub", "oo100 endsub", "the letter is there twice; did you mean o100?", True),
         ("o100 sub", "oQ00 sub", "a letter in a number; did you mean o100?", True),
         ("[2.5]", "[2.]5", "the ] is too far left; did you mean [2.5]?", True),

@@ -59,7 +59,6 @@ RET
         ("N230 M30", "M230 M30", "a block number begins with N"),
         ("R1=R1-1", "Rl=R1-1", "a letter in the number"),
         ("G710", "G7l0", "the letter l in a number"),
-        ("B3=-0.05", "B3-0.05", "an = is missing"),
         ("B3=-0.05", "B3-=0.05", "the = stands before the sign"),
         ("X-20 Y-15", "X-2 0Y-15", "a blank and a digit have changed places"),
     ],

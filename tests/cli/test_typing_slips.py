@@ -132,7 +132,6 @@ def test_a_slip_has_one_finding_and_its_edit(
         ("R2=5\nYR2", "YR2", "Y=R2", "Write Y=R2 in place of YR2"),
         ("R2=5\nX=2R*3", "2R", "R2", "Write R2 in place of 2R"),
         ("DEF REAL _F_R\n_F_R9\nX=_F_R", "_F_R9", "_F_R=9", "Write _F_R=9 in place of _F_R9"),
-        ("R1=5\nX-R1", "X-R1", "X=-R1", "Write X=-R1 in place of X-R1"),
         ("R 1=5\nX=R1", "R 1", "R1", "Write R1 in place of R 1"),
         ("IF (PASS=0) GOTOF DONE\nX5\nDONE:", "S=0", "S==0", "Write == in place of ="),
         ("FOR PASS = 1 TO 3\nX3\nENDF0R", "ENDF0R", "ENDFOR", "Write ENDFOR in place of ENDF0R in line 8"),
@@ -764,6 +763,47 @@ def test_what_may_be_meant_is_not_preferred(
     message, marked, made = look(inspector, tmp_path / f"a{ending}", text)
     assert (marked, message.endswith(f"{right[1]} may be meant")) == (right[0], True)
     assert [(fixed, settles) for _path, fixed, settles in made.values()] == [(text.replace(*right), False)]
+
+
+@pytest.mark.parametrize(
+    ("ending", "lines", "wrong", "rights"),
+    [
+        (".mpf", "G2 X10 Y5 CR-8", "CR-8", ["CR=8", "CR=-8"]),
+        (".mpf", "R1=5\nX-R1", "X-R1", ["X=R1", "X=-R1"]),
+        (".mpf", "TRAORI\nG1 A3=0 B3-0.05 C3=1", "B3-0.05", ["B3=0.05", "B3=-0.05"]),
+        (".mpf", "FOR PASS-1 TO 3\nX=PASS\nENDFOR", "PASS-", ["PASS=", "PASS=-"]),
+        (".mpf", "R1-5\nX=R1", "R1-5", ["R1=R1-5", "R1=-5", "R1=5"]),
+        (".mpf", "DEF INT K-3\nX=K", "K-3", ["K=3", "K=-3"]),
+        (".h", "Q1 - 5", "Q1 -", ["Q1 =", "Q1 = -"]),
+        (".ngc", "X10/5 Y1", "10/5", ["10.5", "[10/5]"]),
+        (".h", "Q1 = 1\nQ1 - Q1 + 2", "Q1 - Q", ["Q1 = Q", "Q1 = - Q"]),
+    ],
+)
+def test_a_key_beside_that_of_an_equals_sign_or_a_point_is_a_choice(
+    inspector: Inspector, tmp_path: Path, ending: str, lines: str, wrong: str, rights: list[str]
+) -> None:
+    """A sign may be meant as it stands, too: none of the readings is preferred."""
+    path, text = tmp_path / f"a{ending}", embed(ending, lines)
+    errors = [one for one in check(inspector, path, text).findings if one.severity == "error"]
+    assert [wrong.startswith(one.edits[0].misspelt) for one in errors] == [True]
+    found = check(inspector, path, text)
+    fixes = [one for one in find_fixes(inspector, found, errors[0], {path: text}, NEVER) if one.text is not None]
+    assert [(apply_places(one), one.settles) for one in fixes] == [(text.replace(wrong, one), False) for one in rights]
+
+
+@pytest.mark.parametrize(
+    ("lines", "lacks_else"),
+    [
+        ("IF 1==2\nX5\nELS\nX6\nENDIF", True),
+        ("IF 1==2\nX5\nELS\nX6\nELSE\nX7\nENDIF", False),
+        ("IF 1==2\nX5\nIF 1==1\nELS\nX6\nENDIF\nENDIF", False),
+    ],
+)
+def test_a_passed_word_is_asked_for_where_it_may_be_else(
+    inspector: Inspector, tmp_path: Path, lines: str, *, lacks_else: bool
+) -> None:
+    found = check(inspector, tmp_path / "a.mpf", embed(".mpf", lines)).findings
+    assert ["did you mean ELSE?" in one.message for one in found if one.severity == "error"] == [True] * lacks_else
 
 
 ZERO = "o<a> sub\nX#<_q>\n0<a> endsub\no<b> sub\no<b> endsub\n#<_q>=5\no<a> call"

@@ -609,12 +609,13 @@ def test_feed_rates_per_turn_and_per_minute_need_a_number_of_their_own(run, view
         (300, 0),
         (300, 0),
     ]
-    for lines in (
-        ["L X+1 F200 M3", "L X+2 M136"],
-        ["L X+1 F0.2 M136 M3", "L X+2 M137"],
-        ["L X+1 F0.2 M136 M3", "M137", "L X+2"],
+    for lines, said in (
+        (["L X+1 F200 M3", "L X+2 M136"], "M136 of line .* has ended the last F, and takes a new one in mm per turn"),
+        (["L X+1 F0.2 M136 M3", "L X+2 M137"], "M137 of line .* has ended the last F, and takes a new one in mm/min"),
+        (["L X+1 F0.2 M136 M3", "M137", "L X+2"], "M137 of line .* has ended the last F"),
+        (["L X+1 F200 M3", "M136", "M137", "L X+2"], "M137 of line .* has ended the last F"),
     ):
-        with pytest.raises(AssertionError, match="VP009"):
+        with pytest.raises(AssertionError, match=f"VP009.*{said}"):
             run(*lines)
 
 

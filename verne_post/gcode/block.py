@@ -408,8 +408,12 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
     right = f"[{found[0]}]"
     is_closed = text[found.end() : found.end() + 1] == "]" and text.count("[") < text.count("]")
     wrong = f"{found[0]}]" if is_closed else found[0]
-    edits = (Remedy(f"write {right}", right, misspelt=wrong),)
     message = f"{wrong}: an expression is written in brackets; did you mean {right}?"
+    if re.fullmatch(r"[-+]?\d+/\d+", wrong):  # the key of the / is beside that of the point
+        number = wrong.replace("/", ".")
+        text = f"{wrong}: an expression is written in brackets; write {number} or {right}"
+        return ProgramError("VP001", text, found.start() + 1, edits=write_words(wrong, number, right))
+    edits = (Remedy(f"write {right}", right, misspelt=wrong),)
     return ProgramError("VP001", message, found.start() + 1, edits=edits)
 
 

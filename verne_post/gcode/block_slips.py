@@ -186,6 +186,8 @@ def _find_written_so(source: Text, text: str, item: Finding) -> tuple[str, str, 
         for match in pattern.finditer(text, begin, end):
             if pattern is _LESS_BEHIND and count_name(source, f"#<{match[2]}>"):
                 right, what = r"\1#<\2>", "the # before its letter"
+                if re.search(r"[A-Z\[=+*/-]$", text[: match.start()].rstrip(), re.IGNORECASE):  # no word begins there
+                    right, what = r"#<\2>", "a letter before the <"
             if _is_at(match, item):
                 return match[0], match.expand(right), match.start() + 1, what
     return None

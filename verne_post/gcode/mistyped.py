@@ -79,7 +79,11 @@ _WRONG_ORDER: Final = (
         _BEFORE_LETTER,
         r"\2\1\3",
     ),
-    (re.compile(r"(#)(?![LI])([A-Z])(\d+)(?![\w.])", re.IGNORECASE), "the # before its letter", r"\2\1\3"),
+    (
+        re.compile(r"(?<![A-Z\[=+*/-])(#)(?![LI])([A-Z])(\d+)(?![\w.])", re.IGNORECASE),
+        "the # before its letter",
+        r"\2\1\3",
+    ),
     (re.compile(r"(?<![\w#>])([A-Z])=([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE), _NO_EQUALS, r"\1\2"),
     (re.compile(r"(#)[lI](\d*)(?!\w)"), "a letter in a number", r"\g<1>1\2"),
     (re.compile(r"(?<=[\[ =+*/-])()[lI]()(?=[ \t]*\])"), "a letter in a number", "1"),

@@ -59,10 +59,14 @@ _OPERAND: Final = (
     rf"|[$A-Z_][\w$]*(?:[ \t]*(?:{_BRACKET}|{_PARENTHESES}))*|{_PARENTHESES})"
 )
 _OPERATOR: Final = r"[ \t]*(?:<<|==|<>|<=|>=|[-+*/<>]|(?:B_)?(?:AND|OR|XOR)\b|DIV\b|MOD\b)[ \t]*"
+#: Longer ones are several words without a blank, as X1Y2 may be.
+_SIEMENS_NAME: Final = r"[$A-Z_][\w$]{0,99}+"
 _SIEMENS_VALUE: Final = rf"{_OPERAND}(?:{_OPERATOR}{_OPERAND})*"
 #: What a name in an expression may be, apart from the functions and operators of the language.
 _NAME: Final = re.compile(r"\"[^\"]*\"|\$?[A-Z_]\w*")
 _MACRO_NAME: Final = re.compile(r"#<[^<>]*>|#\d+|[A-Z_]+")  # a number may touch an operator: #1EQ9
+#: Words behind G65 that may be arguments, or before an F, so that a long line takes no time.
+_MOST_WORDS: Final = 100
 _OF_COMPUTED_VALUE: Final = "; computed: the value is known only in the program (explain FILE:LINE)"
 #: How the text of a letter that moves an axis begins.
 _OF_AXES: Final = ("where ", "by how much")
@@ -93,7 +97,7 @@ _MAY_HAVE_VALUES: Final = re.compile(r"\(|\bCYCL[ \t]+DEF\b", re.IGNORECASE)
 
 
 #: What is passed as one word where it is not read.
-_UNREAD: Final = r"[$#]?[A-Z_]+[-+\d.]*|[-+\d.]+|."
+_UNREAD: Final = r"[$#]?[A-Z_]+[-+\d.]*|[$#]+|[-+\d.]+|."
 
 
 class UnreadWord(ValueError):
@@ -229,11 +233,14 @@ class _Reader:
     def list_words(self) -> list[Word]:
         """The words in their order; a letter as what it means beside the codes of its line."""
         words = sorted(self.words)
-        codes = list_codes(words)
-        return [word._replace(text=self._describe(word, words, codes)) if word.value else word for word in words]
+        codes, is_of_machine = list_codes(words), bool(find_machine_code(self.code, self.dialect))
+        return [
+            word._replace(text=self._describe(word, words, codes, is_of_machine=is_of_machine)) if word.value else word
+            for word in words
+        ]
 
-    def _describe(self, word: Word, words: Sequence[Word], codes: Sequence[str]) -> str:
-        """What a word with a value does."""
+    def _describe(self, word: Word, words: Sequence[Word], codes: Sequence[str], *, is_of_machine: bool) -> str:
+        """What a word with a value does; the places of the line may be those of the machine."""
         name, value, text = word.name, word.value or "", word.text.removesuffix(_OF_COMPUTED_VALUE)
         tail = word.text.removeprefix(text)  # that it is computed
         mode = _MODE.fullmatch(value)
@@ -241,7 +248,7 @@ class _Reader:
             return f"{beside.format(value.strip().removeprefix('+').rstrip('.'))}{tail}"
         if not tail and name.removeprefix("I") in [*"XYZABCUVW"] and text.startswith(_OF_AXES):
             shown_text, end = describe_place(name, mode[2] if mode else value, self.dialect), "; in G91 on by that much"
-            if find_machine_code(self.code, self.dialect):
+            if is_of_machine:
                 return f"{shown_text.removesuffix(end)}, in machine coordinates"
             is_step = mode is not None and mode[1] == "IC"
             return shown_text.removesuffix(end).replace(" to ", " on by ", is_step) if mode else shown_text
@@ -272,17 +279,18 @@ def list_codes(words: Sequence[Word]) -> list[str]:
     names = [word.name for word in words]
     kinds = [f"G10 L{word.value.lstrip('0')}" for word in words if word.name == "L" and word.value]
     heads = [" ".join(name.split()[:2]) for name in names if " " in name]  # TRANS DATUM AXIS
-    return sorted([*kinds[: "G10" in names], *names, *heads], key=lambda one: one in BESIDE_MOTION)
+    return sorted(dict.fromkeys([*kinds[: "G10" in names], *names, *heads]), key=lambda one: one in BESIDE_MOTION)
 
 
 def find_beside(word: Word, words: Sequence[Word], codes: Sequence[str], dialect: str) -> tuple[str, str]:
     """The code beside which a letter of a line means something else, and what, with {} for its value; empty without."""
     if word.name[0] == ",":
         return ",", OF_CORNERS[word.name[1:]]
-    call = next((one for one in words if one.name in ("G65", "G66")), None)
-    if dialect == "fanuc" and call is not None and call.begin < word.begin:
-        letters = [one.name for one in words if call.begin < one.begin <= word.begin and one.value]
-        if number := number_argument("".join(letters)):
+    if dialect == "fanuc" and ("G65" in codes or "G66" in codes):
+        at, call = next((at, one) for at, one in enumerate(words) if one.name in ("G65", "G66"))
+        letters = [one.name for one in words[at + 1 : at + _MOST_WORDS] if one.begin <= word.begin and one.value]
+        is_argument = call.begin < word.begin <= words[at + 1 : at + _MOST_WORDS][-1].begin
+        if is_argument and (number := number_argument("".join(letters))):
             return call.name, f"argument #{number} of the macro: {{}}"
     of_codes = OF_LETTERS.get(dialect, {})
     code = next((one for one in codes if word.name in of_codes.get(one, {})), "")
@@ -442,9 +450,9 @@ def _read_siemens(r: _Reader) -> None:
     while not r.is_at_end:
         if r.take_word(";.*", _REMARK) or r.take_word("%.*", "the text of the program begins: its name"):
             continue
-        if match := r.take(rf"([$A-Z_][\w$]*(?:[ \t]*{_BRACKET})?)[ \t]*=[ \t]*(?!=)"):
+        if match := r.take(rf"({_SIEMENS_NAME}(?:[ \t]*{_BRACKET})?)[ \t]*=[ \t]*(?!=)"):
             _read_assignment(r, match)
-        elif match := r.take(rf"([$A-Z_][\w$]*)[ \t]*(?=\()({_PARENTHESES})"):
+        elif match := r.take(rf"({_SIEMENS_NAME})[ \t]*(?=\()({_PARENTHESES})"):
             _read_call(r, match)
         elif match := r.take(rf"({'|'.join(list_parameters())})[ \t]*(\([^()]*)$"):
             _read_call(r, match)
@@ -622,25 +630,28 @@ def _read_klartext_words(r: _Reader, statement: str = "CYCL DEF") -> None:
 
 
 @cache
-def _list_statements() -> list[str]:
-    """The keywords of statements, the longest first."""
+def _list_statements() -> list[tuple[str, re.Pattern[str]]]:
+    """The keywords of statements, the longest first; M, F, S and compensation are words, and stay."""
     firsts = {name.split()[0] for name in klartext.STATEMENTS if " " in name} | {"PLANE", "FUNCTION", "TRANS"}
     phrases = {name for name in _list_texts("heidenhain") if " " in name and name.split()[0] in firsts}
     phrases = {name for name in phrases if not re.fullmatch(r"CYCL DEF \d+", name)}
-    return sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
+    names = sorted({*klartext.STATEMENTS, *klartext.REFUSED_STATEMENTS, *phrases}, key=len, reverse=True)
+    ends = dict.fromkeys(("L", "C"), r"(?=[ \t]|$)")
+    ends |= dict.fromkeys(("M", "F", "S"), r"(?=[ \t]*[\d.,QMAU])") | dict.fromkeys(("R0", "RL", "RR"), r"(?!\w)")
+    ends = {name: r"(?=[ \t]*\d+[ \t]*=)" if name[0] == "Q" else r"(?![A-Z])" for name in names} | ends
+    return [(name, re.compile(r"[ \t]+".join(map(re.escape, name.split())) + ends[name])) for name in names]
 
 
 def _take_statement(r: _Reader) -> re.Match[str] | None:
-    """The keyword of a statement, which is told; M, F, S and compensation are words, and stay."""
-    for name in _list_statements():
-        pattern = r"[ \t]+".join(map(re.escape, name.split()))
-        if name in ("M", "F", "S", "R0", "RL", "RR"):
-            if re.compile(rf"{name}[ \t]*[\d.,QMAU]" if len(name) == 1 else rf"{name}(?!\w)").match(r.code, r.at):
-                return re.compile(r"").match(r.code, r.at)
+    """The keyword of a statement, which is told."""
+    first = r.code[r.at : r.at + 1]
+    for name, pattern in _list_statements():
+        if name[0] != first:
             continue
-        behind = {"L": r"(?=[ \t]|$)", "C": r"(?=[ \t]|$)"}
-        end = behind.get(name, r"(?=[ \t]*\d+[ \t]*=)" if name[0] == "Q" else r"(?![A-Z])")
-        if match := r.take(rf"{pattern}{end}"):
+        if name in ("M", "F", "S", "R0", "RL", "RR"):
+            if pattern.match(r.code, r.at):
+                return re.compile(r"").match(r.code, r.at)
+        elif match := r.take(pattern):
             text = r.texts.get(name, "")
             if name in klartext.REFUSED_STATEMENTS:
                 r.add(match, text)
@@ -736,12 +747,13 @@ def _add_klartext_word(r: _Reader, match: re.Match[str], statement: str) -> None
     elif match["name"]:
         name, value = match["name"], match["value"]
         text = LETTERS_OF_KLARTEXT.get(name) or OF_NAMES["Klartext"].get(name, "") or r.texts.get(name, "")
-        last = next((one.name for one in reversed(r.words) if _CODE.fullmatch(one.name)), "")
         if name == "F" and statement == "TOOL CALL":
             text = "feed rate in mm/min, from here on and of F AUTO"
         elif name == "F":
             in_force = klartext.STATEMENTS["F"] if statement != "RND" else "feed rate of this rounding alone"
             in_force = "feed rate of the turn of the rotary axes" if statement.startswith("PLANE") else in_force
+            last_words = reversed(r.words[-_MOST_WORDS:])
+            last = next((one.name for one in last_words if _CODE.fullmatch(one.name)), "")
             text = klartext.FEED_OF_FUNCTIONS.get(last, in_force)
         elif name == "R" and not statement:
             text = "radius"
@@ -764,7 +776,7 @@ def _add_klartext_word(r: _Reader, match: re.Match[str], statement: str) -> None
 def _read_apt(r: _Reader) -> None:
     r.take_word(r"\d+(?=[ \t]+[A-Z])", "number of the line")
     if r.take_word(
-        r"[-+]?[\d.][-+.,\dED \t]*,[-+.,\dED \t]*\$?$", "numbers of the statement that the line before begins"
+        r"[-+]?[\d.](?=[-+.\dED \t]{0,40}+,)[-+.,\dED \t]*+\$?$", "numbers of the statement that the line before begins"
     ):
         return
     if r.take_word(r"\$\$.*", "a remark; a system of coordinates in it counts"):

@@ -262,6 +262,16 @@ class KlartextFunctions:
             else:
                 self._begin_own(word)
 
+    def _end_feed(self, number: int) -> None:
+        """M136 or M137: the number in force is one of the other kind, and F is to be given again."""
+        core, line = self.core, self.frames.block.line
+        is_zero, had_feed = core.has_zero_feed, core.state.feed > 0.0 or core.why_no_feed
+        core.set_feed(0.0)
+        core.has_zero_feed = is_zero
+        if had_feed:
+            unit = "mm per turn" if number == 136 else "mm/min"
+            core.why_no_feed = f": M{number} of line {line} has ended the last F, and takes a new one in {unit}"
+
     def _begin_own(self, word: MWord) -> None:
         number = word.number
         if number == 94:
@@ -271,10 +281,8 @@ class KlartextFunctions:
         elif number == 116:
             self.frames.metres = True
         elif number in (136, 137):
-            if self.contour.per_turn != (
-                number == 136
-            ):  # the number in force is one of the other kind: F is to be given again
-                self.core.set_feed(0.0)
+            if self.contour.per_turn != (number == 136):
+                self._end_feed(number)
             self.contour.per_turn, recorder = number == 136, self.core.recorder
             self.contour.turn_line = 0 if recorder.is_in_other_file or number == 137 else self.frames.block.line
             recorder.turn_feeds.append((self.contour.turn_line, recorder.count))

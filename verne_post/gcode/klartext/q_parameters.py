@@ -167,8 +167,12 @@ def assign(statement: Statement, parameters: QParameters) -> None:
             written_word = letters[1][:2] + letters[1][2:].replace("L", "l")
             text = f"{written_word}: a letter in the number; did you mean {right}?"
             raise statement.error("VP001", text, letters.start(1))
-        written_text = re.match(r"[ \t]*(Q[LRS]?[ \t]*\d+)[ \t]*([-+]?)", statement.rest)
+        written_text = re.match(r"[ \t]*(Q[LRS]?[ \t]*\d+)([ \t]*[-+]|)[ \t]*", statement.rest)
         name = written_text[1] if written_text else "Q1"
+        if written_text and written_text[2].endswith("-") and statement.rest[written_text.end() :]:
+            wrong = f"{name}{written_text[2]}"  # the keys of = and - are neighbours
+            rights = (f"{name} =", f"{name} = -")
+            raise statement.refuse_word(wrong, "an = is missing after the parameter", *rights, at=written_text.start(1))
         edits = write_words(name, f"{name} =") if written_text and statement.rest[written_text.end() :] else ()
         raise statement.error(
             "VP001", f"{name}: an = is missing after the parameter; write {name} = and its value", 0, edits

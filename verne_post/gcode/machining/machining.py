@@ -58,7 +58,9 @@ def check_dwell(at: At, seconds: float) -> float:
 
 def explain_no_feed(core: "Machining", words: str) -> str:
     """What to do about a feed rate of zero; ``words`` where the program gives none."""
-    return "the last F has the value 0; write one greater than 0" if core.has_zero_feed else f"give {words}"
+    if core.has_zero_feed:
+        return "the last F has the value 0; write one greater than 0"
+    return f"give {words}{core.why_no_feed}"
 
 
 #: Codes of motions, times ten -> their names in ``word_lines``.
@@ -240,6 +242,7 @@ class Machining:
         self.auxiliary = Auxiliary(setup, state, recorder)
         self.watcher = Watcher(recorder)
         self.has_zero_feed = False  # the last F
+        self.why_no_feed = ""  #: What has ended the last F, at the end of a message.
         self.word_lines: dict[
             str, int
         ] = {}  #: G0, arc (G2, G3), G91, plane, length: where the word that is in force stands.
@@ -318,7 +321,7 @@ class Machining:
         """
         if is_given:
             self.recorder.note_feed()
-            self.has_zero_feed = feed == 0.0
+            self.has_zero_feed, self.why_no_feed = feed == 0.0, ""
         self.state.feed = feed
         self.state.feed_angular = feed if angular is None else angular
 

@@ -259,8 +259,10 @@ class FanucInterpreter(Rs274):
         self.parameters.passed_word = ""
         refuse_letterless(text)
         if self.setup.machine:
-            for error in [one.error for one in find_divided(text, line) if one.letter in "FST"][:1]:
-                self.recorder.warn("VP001", error.message, line, error.column, "warning", error.edits)
+            error_of_number = next((one.error for one in find_divided(text, line) if one.letter in "FST"), None)
+            if error_of_number is not None:
+                message, column, edits = error_of_number.message, error_of_number.column, error_of_number.edits
+                self.recorder.warn("VP001", message, line, column, "warning", edits)
         corner = None
         try:
             if "," in text:

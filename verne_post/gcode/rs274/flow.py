@@ -392,7 +392,9 @@ class Flow:
         head, edits_of_head = ("", ()) if repeats else self._find_head(label, near)
         if head:
             message += f"; {head}"
-            edits = (*edits_of_head, *(edits if len(near) == 1 and f"O{near[0]}," in head else ()))
+            if len(near) == 1 and f"O{near[0]}," in head:  # the slip may be in either number
+                edits_of_head = tuple(dataclasses.replace(one, is_choice=True) for one in (*edits_of_head, *edits))
+            edits = edits_of_head
         elif near:
             message += f"; the program has {name_numbers(near, 'O')}"
         elif files:

@@ -44,6 +44,8 @@ _AS_NUMBER: Final = (
     "write it"
 )
 _LEAST_FEED: Final = 100.0
+#: Characters behind a number that say which letter it may have lost, so that a long line takes no time.
+_LOOKED_AT: Final = 200
 #: M codes of two digits at the end of programs.
 _ENDS: Final = ("30", "99")
 
@@ -146,11 +148,13 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
         error = ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
         yield Divided("N", point.start(1) + 1, point.end(1), error)
         return
+    depth = counted = 0
     for match in _WORD_AND_NUMBER.finditer(text):
         if match["letter"] is None or match["letter"].upper() == "O":
             continue
-        before, rest = text[: match.start()], text[match.end() :]
-        if before.count("[") > before.count("]") or re.fullmatch(r"0\d+", match["number"]):
+        depth += text.count("[", counted, match.start()) - text.count("]", counted, match.start())
+        counted, rest = match.start(), text[match.end() : match.end() + _LOOKED_AT]
+        if depth > 0 or re.fullmatch(r"0\d+", match["number"]):
             continue
         word, number = f"{match['letter']}{match['own']}", match["number"]
         letter, begin, end = match["letter"].upper(), match.start() + 1, match.end("number")

@@ -13,7 +13,7 @@ from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor, strip_zeros
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.program import SiemensText, split_line
-from verne_post.gcode.siemens.slips import explain_moved_blank
+from verne_post.gcode.siemens.slips import explain_moved_blank, refuse_lost_equals
 from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.model.findings import Remedy
@@ -54,9 +54,9 @@ def _execute_if(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
     structure = flow.calls.text.structure
     branch = structure.branch[line]
-    if not holds:
+    if not holds and branch not in structure.end:  # ENDIF
         _refuse_misspelt_else(flow, line, branch)
-    if not holds and branch in structure.end:  # ELSE
+    elif not holds:
         item = split_line(flow.calls.text.read_line(branch))
         other = Cursor(item.text, item.begin)
         other.name()
@@ -65,10 +65,13 @@ def _execute_if(flow: Running, cursor: Cursor, line: int) -> None:
         flow.calls.line = branch + (branch in structure.end)
 
 
-def _refuse_misspelt_else(flow: Running, begin: int, branch: int) -> None:
-    """Refuse (VP002) a line that is passed, of one word that is nearly ELSE."""
+def _refuse_misspelt_else(flow: Running, begin: int, end: int) -> None:
+    """Refuse (VP002) a line that is passed, of one word that is nearly ELSE, in an IF that has none."""
+    begin_of = flow.calls.text.structure.begin
     for line, (word, column) in flow.calls.text.like_else.items():
-        if begin < line < branch and not flow.executor.words.is_subprogram(word.upper()):
+        if not begin < line < end or any(begin < first < line < last for last, first in begin_of.items()):
+            continue
+        if not flow.executor.words.is_subprogram(word.upper()):
             error = ProgramError("VP002", f"{word}: no meaning in this language; did you mean ELSE?", column, line)
             error.breaks_structure = True
             raise error
@@ -203,7 +206,10 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     if name is None:
         raise cursor.error("VP001", "expected a variable after FOR", at)
     known_name, is_known = name.rstrip("0123456789"), variables.is_known
-    if cursor.skip() not in ("=", "[") and known_name != name and is_known(known_name):
+    sign = cursor.skip()
+    if sign in ("-", "+") and is_known(name):
+        raise refuse_lost_equals(cursor, at, name, cursor.text[at : cursor.at + 1])
+    if sign not in ("=", "[") and known_name != name and is_known(known_name):
         right = f"{known_name}={name[len(known_name) :]}"
         edits = (Remedy(f"write {right}", right, misspelt=name),)
         raise cursor.error("VP001", f"{name}: an = is missing; write {right}", at, edits)

@@ -102,8 +102,9 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
         return error
     vector = _SIGNED_VECTOR.match(text, max(at - 2, 0))
     if vector is not None and vector.start(2) == at:
-        what = "the = stands before the sign" if vector[3] else "an = is missing"
-        meaning = f"{what}; did you mean {vector[1]}={vector[2]}{vector[4]}?"
+        if not vector[3]:
+            return refuse_lost_equals(cursor, vector.start(), vector[1], vector[0])
+        meaning = f"the = stands before the sign; did you mean {vector[1]}={vector[2]}{vector[4]}?"
         return cursor.error("VP001", f"{vector[0]}: {meaning}", vector.start())
     sign_behind = _SIGN_BEHIND.search(text[: at + 2]) if rest[0] in "+-" else None
     if sign_behind is not None:
@@ -151,6 +152,16 @@ def refuse_no_word(cursor: Cursor, at: int, is_variable: Callable[[str], bool]) 
     if right[0] not in "NSFnsf":  # else what the number was would be lost
         edits = (*edits, Remedy(f"write {right}", right, misspelt=written_text, is_choice=True))
     return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at, edits)
+
+
+def refuse_lost_equals(cursor: Cursor, at: int, name: str, wrong: str) -> ProgramError:
+    """The error of a name and its value without =, as CR-8: the - may be the key beside that of the =, or a sign."""
+    name, value = wrong[: len(name)], wrong[len(name) :].lstrip()
+    rights = [f"{name}={value}"]
+    if value[0] == "-":
+        rights.insert(0, f"{name}={value[1:].lstrip()}")
+    meaning = f"did you mean {rights[0]}?" if len(rights) == 1 else f"{' or '.join(rights)}{MAY_BE_MEANT}"
+    return cursor.error("VP001", f"{wrong}: an = is missing; {meaning}", at, write_words(wrong, *rights))
 
 
 def _refuse_moved_blank(cursor: Cursor, word: re.Match[str], swapped_word: re.Match[str], value: str) -> ProgramError:

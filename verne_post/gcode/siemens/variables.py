@@ -7,6 +7,7 @@ from msgspec import Struct, field
 from verne_post.base.suggestions import (
     LETTERS_OF_FUNCTIONS,
     MAY_BE_MEANT,
+    find_correction,
     find_meant,
     find_suggestion,
     name_near_numbers,
@@ -18,6 +19,7 @@ from verne_post.gcode.siemens.cursor import NAME, NUMBER, Cursor
 from verne_post.gcode.siemens.slips import (
     explain_glued_value,
     explain_signed_count,
+    refuse_lost_equals,
     refuse_no_value,
     refuse_no_word,
 )
@@ -226,12 +228,10 @@ class Variables(Struct):
                 break
         value = NUMBER.match(cursor.text, cursor.at + (cursor.skip() in ("+", "-")))
         if value is not None and not bounds:
-            number, written_name = cursor.text[cursor.at : value.end()], cursor.text[at : at + len(name)]
-            written_text = cursor.text[at : value.end()]
-            text = f"{written_text}: an = is missing; did you mean {written_name}={number}?"
-            for defined_name in defined_names:  # the line is executed again
+            error = refuse_lost_equals(cursor, at, name, cursor.text[at : value.end()])
+            for defined_name in defined_names if find_correction(error.message) else ():  # the line is executed again
                 del self.scopes[-1][defined_name]
-            raise cursor.error("VP001", text, at)
+            raise error
 
     def _initialise(self, variable: Variable, name: str, cursor: Cursor, at: int) -> None:
         """A value, or the values of an array: in brackets, SET or REP."""

@@ -35,6 +35,7 @@ from verne_post.gcode.siemens.slips import (
     propose_feed,
     propose_key_beside,
     refuse_l,
+    refuse_lost_equals,
     refuse_no_value,
     refuse_no_word,
     refuse_r,
@@ -524,8 +525,7 @@ class WordReader:
             return cursor.error("VP001", message, at)
         signed_name = _SIGNED_NAME.match(cursor.text, at)
         if name in ADDRESSES and signed_name is not None and self.variables.is_known(signed_name[2].upper()):
-            right_word = f"{signed_name[1]}={cursor.text[signed_name.end(1) : signed_name.end()]}"
-            return cursor.error("VP001", f"{signed_name[0]}: an = is missing; did you mean {right_word}?", at)
+            return refuse_lost_equals(cursor, at, signed_name[1], signed_name[0])
         if (letter := find_letter_of_digit(cursor, at)) is not None:
             return letter
         if name == "N":
@@ -550,8 +550,7 @@ class WordReader:
             right_word = f"{name}={cursor.text[cursor.at : cursor.at + len(following)]}"
             return cursor.error("VP001", f"{written_words}: an = is missing; did you mean {right_word}?", at)
         if len(name) > 1 and name in ADDRESSES and (number := _SIGNED_NUMBER.match(cursor.text, cursor.at)) is not None:
-            written_word = cursor.text[at : number.end()]
-            return cursor.error("VP001", f"{written_word}: an = is missing; did you mean {name}={number[0]}?", at)
+            return refuse_lost_equals(cursor, at, name, cursor.text[at : number.end()])
         if name == "L" and (number_with_l := refuse_l(cursor, at)) is not None:
             return number_with_l
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
@@ -574,6 +573,7 @@ def _refuse_missing_equals(name: str, cursor: Cursor, at: int) -> ProgramError:
     if not value or not _NUMBER_ALONE.fullmatch(cursor.text[:at]):
         return cursor.error("VP001", f"{name} is {kind}; an = and its new value are missing", at)
     readings = [f"{name}={name}{value}", f"{name}={value}"] if value[0] in "+-" else [f"{name}={value}"]
+    readings += [f"{name}={value[1:]}"] * (value[0] == "-")  # the key beside that of =
     if value[0] in "*/":
         readings = [f"{name}={name}{value}"]
     edits = tuple(Remedy(f"write {one}", one, misspelt=text_from, is_choice=len(readings) > 1) for one in readings)
