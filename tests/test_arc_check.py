@@ -75,18 +75,21 @@ def test_samples_are_in_no_doubt(run, sample: Path) -> None:
     assert "VP056" not in run("check", sample.with_suffix(""), "--limits-only").out
 
 
-@pytest.mark.parametrize(("dialect", "text", "lines"), [
-    ("rs274", "G18\nX-10\nG3 X0 Y0 R10", [3]),
-    ("rs274", "G18\nX-10\nG3 X0 Y0 R10\nG1 Y10\nG3 X-10 Y20 R10", [3]),  # once a plane
-    ("rs274", "G19\nX-10\nG2 X0 Z30 R10", [3]),
-    ("rs274", "X-10\nG2 X0 Z30 R10", [2]),  # G18 is forgotten
-    ("rs274", "G18\n" + "".join(f"X{n}\n" for n in range(-19, 11)) + "G3 X20 Y0 R10", [32]),  # read as an array
-    ("siemens", "G18\nX-10\nG3 X0 Y0 CR=10", [3]),
-    ("rs274", "G18\nX-10\nG3 X0 Y0 Z20 R10", []),  # a helix that names its axes
-    ("rs274", "G18\nX-10\nG3 X0 Y0 R5", []),  # half a turn ends beside its start
-    ("rs274", "X-10\nG2 X0 Z15 R5\nX-10 Z10 R5", []),
-    ("rs274", "G18\nX-10\nG3 X0 Z30 R10", []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("dialect", "text", "lines"),
+    [
+        ("rs274", "G18\nX-10\nG3 X0 Y0 R10", [3]),
+        ("rs274", "G18\nX-10\nG3 X0 Y0 R10\nG1 Y10\nG3 X-10 Y20 R10", [3]),  # once a plane
+        ("rs274", "G19\nX-10\nG2 X0 Z30 R10", [3]),
+        ("rs274", "X-10\nG2 X0 Z30 R10", [2]),  # G18 is forgotten
+        ("rs274", "G18\n" + "".join(f"X{n}\n" for n in range(-19, 11)) + "G3 X20 Y0 R10", [32]),  # read as an array
+        ("siemens", "G18\nX-10\nG3 X0 Y0 CR=10", [3]),
+        ("rs274", "G18\nX-10\nG3 X0 Y0 Z20 R10", []),  # a helix that names its axes
+        ("rs274", "G18\nX-10\nG3 X0 Y0 R5", []),  # half a turn ends beside its start
+        ("rs274", "X-10\nG2 X0 Z15 R5\nX-10 Z10 R5", []),
+        ("rs274", "G18\nX-10\nG3 X0 Z30 R10", []),
+    ],
+)
 def test_an_arc_to_two_axes_of_another_plane_is_told(machine, dialect, text, lines):
     found = list_doubts(machine, dialect, text)
     assert [line for line, _message in found] == lines

@@ -116,7 +116,7 @@ def test_an_edit_gives_back_what_was_meant(
     ("right", "wrong", "said"),
     [
         ("Y0. Z50.", "Y0. X50.", "X appears twice in the block"),
-        ("Y0. Z50.", "Y5-0. Z50.", "5-0.: a sign behind a digit; write -50., or [5-0.] for an expression"),
+        ("Y0. Z50.", "Y5-0. Z50.", "5-0.: a sign after a digit; write -50., or [5-0.] for an expression"),
     ],
 )
 def test_what_may_be_two_words_is_a_choice(

@@ -17,6 +17,7 @@ from typing import IO, TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, TypeVa
 
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import escape_unprinted, make_printable
+from verne_post.cli.program_folders import LOOKED_FOR, find_programs_inside
 from verne_post.cli.temporary import make_temporary_file, make_temporary_folder
 from verne_post.config.files import read_file
 
@@ -423,13 +424,7 @@ def _describe_missing(name: str) -> str:
 
 def _describe_folder(folder: Path) -> str:
     """A folder in the place of a program."""
-    from click import UsageError
-
-    from verne_post.cli.programs import LOOKED_FOR, find_programs
-
-    try:
-        find_programs([str(folder)], lambda _name: None)
-    except UsageError:
+    if not find_programs_inside(folder, None, []):
         return f"is a folder without programs; {LOOKED_FOR}"
     return "is a folder; check and batch take folders"
 

@@ -5,30 +5,11 @@ import os
 import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final
 
 import click
 
 from verne_post.cli.files import DASH, Unreadable, is_dash
-from verne_post.config.beside import lies_in
-
-#: Endings of programs that are looked for in folders.
-PROGRAMS: Final = (
-    ".nc",
-    ".ngc",
-    ".tap",
-    ".gcode",
-    ".cnc",
-    ".mpf",
-    ".h",
-    ".cls",
-    ".clsf",
-    ".apt",
-    ".aptsource",
-    ".ncl",
-    ".cl",
-)
-LOOKED_FOR: Final = f"looked for {', '.join(PROGRAMS)}, but not in hidden folders"
+from verne_post.cli.program_folders import LOOKED_FOR, PROGRAMS, find_programs_inside
 
 
 def find_programs(
@@ -69,7 +50,7 @@ def find_programs(
         for match in matches:
             path = Path(match)
             if not is_dash(match) and path.is_dir():
-                inside = _find_programs_inside(path, but_in, wrong)
+                inside = find_programs_inside(path, but_in, wrong)
                 if not inside and but_in is not None and but_in.resolve() in (path.resolve(), *path.resolve().parents):
                     wrong.append(f"{match}: is in the folder of -o, where no programs are looked for; give another -o")
                 elif not inside:
@@ -119,27 +100,3 @@ def find_readers(changed: Sequence[str]) -> tuple[str, ...]:
     tracked = (os.fsdecode(name) for name in listed.split(b"\0"))
     programs = (name for name in tracked if Path(name).suffix.lower() in PROGRAMS and Path(name).is_file())
     return tuple(dict.fromkeys((*own, *programs)))
-
-
-def _find_programs_inside(folder: Path, but_in: Path | None, wrong: list[str]) -> list[tuple[str, Path]]:
-    """The programs of a folder and those below it, without hidden ones; links that lead out are `wrong`."""
-    left_out = None if but_in is None else but_in.resolve()
-    files = sorted(
-        one
-        for one in folder.rglob("*")
-        if one.suffix.lower() in PROGRAMS and not _is_hidden(one.relative_to(folder).parent) and one.is_file()
-    )
-    wrong += [
-        f"{one}: is a link that leads out of {folder}, which is searched; name it by itself"
-        for one in files
-        if not lies_in(folder, one)
-    ]
-    own = [one for one in files if left_out is None or left_out not in one.resolve().parents]
-    return [(str(one), one.relative_to(folder)) for one in own]
-
-
-def _is_hidden(folder: Path) -> bool:
-    """Whether the name of a folder or of one above it begins with a dot: those of tools, with C headers (.h) or old
-    copies.
-    """
-    return any(part.startswith(".") for part in folder.parts)

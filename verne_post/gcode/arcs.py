@@ -193,15 +193,15 @@ def name_other_plane(plane: int, axes: Iterable[int], start: list[float], end: l
     Two axes of another plane are a helix only by what was written before. Half a turn of one ends beside its start.
     """
     first, second, normal, *_ = PLANES[plane]
-    named = {axis for axis in axes if axis < 3}
-    in_plane = named - {normal}
-    if normal not in named or len(in_plane) != 1 or end[normal] == start[normal]:
+    named_axes = {axis for axis in axes if axis < 3}
+    in_plane = named_axes - {normal}
+    if normal not in named_axes or len(in_plane) != 1 or end[normal] == start[normal]:
         return ""
     if math.hypot(end[first] - start[first], end[second] - start[second]) > _NEARLY_HALF * 2.0 * abs(radius):
         return ""
-    chord = math.hypot(*(end[axis] - start[axis] for axis in named))
+    chord = math.hypot(*(end[axis] - start[axis] for axis in named_axes))
     is_possible = chord <= 2.0 * (abs(radius) + ARC_R_TOO_SMALL_MM)
-    return next(f"G{17 + other}" for other in PLANES if set(PLANES[other][:2]) == named) if is_possible else ""
+    return next(f"G{17 + other}" for other in PLANES if set(PLANES[other][:2]) == named_axes) if is_possible else ""
 
 
 def _make_arc(

@@ -403,7 +403,7 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
         return None
     if parts := re.fullmatch(r"(\d+)(-)(\d+\.?\d*)", found[0]):  # the sign may be a place too far
         rights = [f"-{parts[1]}{parts[3]}", f"[{found[0]}]"]
-        message = f"{found[0]}: a sign behind a digit; write {rights[0]}, or {rights[1]} for an expression"
+        message = f"{found[0]}: a sign after a digit; write {rights[0]}, or {rights[1]} for an expression"
         return ProgramError("VP001", message, found.start() + 1, edits=write_words(found[0], *rights))
     right = f"[{found[0]}]"
     is_closed = text[found.end() : found.end() + 1] == "]" and text.count("[") < text.count("]")

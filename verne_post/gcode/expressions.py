@@ -189,9 +189,9 @@ class ValueReader:
                 text = f"{operand}: values of {owner} are written in brackets; did you mean {right}?"
             elif owner:
                 text = f"{owner} needs its value, in brackets: {owner} [...]"
-            if not edits and (lost := _OPEN_LOST.match(self.characters, begin)):
-                text = f"{lost[0]}: the bracket before it is missing"
-                edits = write_words(lost[0][0], f"[{lost[0][0]}")
+            if not edits and (match := _OPEN_LOST.match(self.characters, begin)):
+                text = f"{match[0]}: the bracket before it is missing"
+                edits = write_words(match[0][0], f"[{match[0][0]}")
             raise self.error("VP001", text, begin, edits)
         value = self._read_until("]", begin)
         self.at += 1

@@ -8,7 +8,7 @@ from typing import Final
 
 from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.cli.lsp.places import split_lines
-from verne_post.cli.programs import PROGRAMS
+from verne_post.cli.program_folders import PROGRAMS
 from verne_post.config.subprograms import names_file
 from verne_post.gcode.dialects import find_dialect_name
 

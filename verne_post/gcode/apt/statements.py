@@ -108,10 +108,10 @@ def is_number(word: str) -> bool:
     return _NUMBER.match(word) is not None
 
 
-def correct_word(statement: Statement, words: Sequence[str], known: Collection[str]) -> None:
+def correct_word(statement: Statement, words: Sequence[str], known_words: Collection[str]) -> None:
     """Raise ProgramError for the first of the words that is near one which the statement knows, but none of them."""
     for word in words:
-        near = "" if word.upper() in known else find_meant(word.upper(), known)
+        near = "" if word.upper() in known_words else find_meant(word.upper(), known_words)
         if near:
             text = f"{word}: no word of {statement.major}; did you mean {near}?"
             raise ProgramError("VP002", text, statement.find_column(word))
@@ -122,11 +122,11 @@ def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
     values = []
     for word in words:
         if not is_number(word):
-            divided = _WITHOUT_COMMA.fullmatch(word)
+            match = _WITHOUT_COMMA.fullmatch(word)
             text = (
                 f"{statement.major}: {word!r} is not a number"
-                if divided is None
-                else f"{word}: two numbers without a comma; did you mean {divided[1]},{divided[2]}?"
+                if match is None
+                else f"{word}: two numbers without a comma; did you mean {match[1]},{match[2]}?"
             )
             raise ProgramError("VP001", text, statement.find_column(word))
         value = float(word.upper().replace("D", "E"))
@@ -298,9 +298,9 @@ def _read_statement(text: str, line: int, n_lines: int = 1) -> Statement | Progr
     begins = len(text) - len(text.lstrip())
     if major_word is None:
         shown_text = f"{text.strip()[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
-        if (divided := _WITHOUT_SLASH.match(text)) is not None:
-            word = divided[1].upper()
-            shown_text = f"{divided[0].strip()}: the slash is missing; did you mean {word}/{divided[2]}?"
+        if (match := _WITHOUT_SLASH.match(text)) is not None:
+            word = match[1].upper()
+            shown_text = f"{match[0].strip()}: the slash is missing; did you mean {word}/{match[2]}?"
         elif (near := find_meant(text.split()[0].upper(), _FREE_TEXT)) and len(text.split()) > 1:
             shown_text = f"{text.split()[0]}: no word of this language; did you mean {near}?"
         return ProgramError("VP001", shown_text, begins + 1 if columns else None, line=line)

@@ -120,11 +120,11 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
         return swapped_words
     if (
         number[2]
-        and (moved := re.match(r"(\d+)([A-Z]+)(?=[ \t])", text[begin:]))
-        and _fits(moved[2], text[begin:][moved.end() :])
+        and (match := re.match(r"(\d+)([A-Z]+)(?=[ \t])", text[begin:]))
+        and _fits(match[2], text[begin:][match.end() :])
     ):
-        wrong = text[number.start(2) : begin + moved.end()]
-        what = f"{wrong}: the blank is at a wrong place; did you mean {number[2]}{moved[1]} {moved[2]}?"
+        wrong = text[number.start(2) : begin + match.end()]
+        what = f"{wrong}: the blank is at a wrong place; did you mean {number[2]}{match[1]} {match[2]}?"
         return ProgramError("VP001", what, number.start(2) + 1)
     if number[2] and (digits := re.match(r"\d+(?=[ \t])", text[begin:])) is not None:
         if re.match(r"\d+[ \t]*=", text[begin:]):

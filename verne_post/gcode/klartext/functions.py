@@ -134,8 +134,8 @@ class KlartextFunctions:
         tools.change(at)
         tools.set_length(lambda: tools.find_offset(at, number) if number else ZERO9)
         name_of_tool = describe_tool_number(number, state.tool_names)
-        known = None if state.tools is None else state.tools.get(number)
-        radius = 0.0 if known is None else 0.5 * known.diameter
+        tool = None if state.tools is None else state.tools.get(number)
+        radius = 0.0 if tool is None else 0.5 * tool.diameter
         if delta_radius > -radius:  # less is refused where the radius counts
             warn_of_deviation(self.core, "DR", delta_radius, radius, name_of_tool, line)
         if delta_length:

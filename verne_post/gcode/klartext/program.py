@@ -342,7 +342,7 @@ class Klartext:
                 text = f"{word}: no meaning in this language; did you mean REP?"
                 raise statement.error("VP001", text, match.end())
             if word == "REP" and not rest.split()[1:]:
-                text = "REP needs the number of repeats behind it; without REP, CALL LBL calls a subprogram up to LBL 0"
+                text = "REP needs the number of repeats after it; without REP, CALL LBL calls a subprogram up to LBL 0"
                 raise statement.error("VP001", text, match.end())
             edits = (Remedy(f"write ;{word}", f";{word}", misspelt=word, is_choice=True),) if word != "REP" else ()
             text = f"{rest.strip()[:15]!r} after CALL LBL; expected REP and a number, or ; before a remark"

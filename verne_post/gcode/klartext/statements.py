@@ -341,13 +341,13 @@ class KlartextText(ChunkedText):
 
     def _name_bare_label(self, line: int, found: dict[str, int]) -> None:
         """The label that a line with LBL alone is meant for: one that is called and missing, or else the end of one."""
-        missing = [one for one in self._called if one not in found] or ["0"]
+        missing = [one for one in self._called_labels if one not in found] or ["0"]
         _name_choices(self.label_errors[-1], "LBL", missing, line)
         if len(missing) == 1 and missing != ["0"]:
             found[missing[0]] = line
 
     @property
-    def _called(self) -> list[str]:
+    def _called_labels(self) -> list[str]:
         """The labels that statements call, or jump to."""
         return [label_name(one[1] or one[2]) for one in _TO_LABEL.finditer(self.source)]
 
@@ -355,10 +355,10 @@ class KlartextText(ChunkedText):
         """Add to the error of LBL, or of CALL LBL, alone which label it lacks: one of those without the other."""
         labels = self.labels
         if keyword == "CALL LBL":
-            called = self._called
-            _name_choices(error, keyword, [one for one in labels if one not in called], line)
-        elif known := next((one for one in self.label_errors if one.line == line), None):
-            error.message, error.edits = known.message, known.edits
+            called_labels = self._called_labels
+            _name_choices(error, keyword, [one for one in labels if one not in called_labels], line)
+        elif same := next((one for one in self.label_errors if one.line == line), None):
+            error.message, error.edits = same.message, same.edits
 
 
 def _name_choices(error: ProgramError, keyword: str, labels: list[str], line: int) -> None:

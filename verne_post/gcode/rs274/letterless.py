@@ -148,12 +148,12 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
         error = ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
         yield Divided("N", point.start(1) + 1, point.end(1), error)
         return
-    depth = counted = 0
+    depth = counted_to = 0
     for match in _WORD_AND_NUMBER.finditer(text):
         if match["letter"] is None or match["letter"].upper() == "O":
             continue
-        depth += text.count("[", counted, match.start()) - text.count("]", counted, match.start())
-        counted, rest = match.start(), text[match.end() : match.end() + _LOOKED_AT]
+        depth += text.count("[", counted_to, match.start()) - text.count("]", counted_to, match.start())
+        counted_to, rest = match.start(), text[match.end() : match.end() + _LOOKED_AT]
         if depth > 0 or re.fullmatch(r"0\d+", match["number"]):
             continue
         word, number = f"{match['letter']}{match['own']}", match["number"]

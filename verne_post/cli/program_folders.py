@@ -1,0 +1,48 @@
+"""Programs in folders: by which endings they are known, and where none are looked for."""
+
+from pathlib import Path
+from typing import Final
+
+from verne_post.config.beside import lies_in
+
+#: Endings of programs that are looked for in folders.
+PROGRAMS: Final = (
+    ".nc",
+    ".ngc",
+    ".tap",
+    ".gcode",
+    ".cnc",
+    ".mpf",
+    ".h",
+    ".cls",
+    ".clsf",
+    ".apt",
+    ".aptsource",
+    ".ncl",
+    ".cl",
+)
+LOOKED_FOR: Final = f"looked for {', '.join(PROGRAMS)}, but not in hidden folders"
+
+
+def find_programs_inside(folder: Path, but_in: Path | None, wrong: list[str]) -> list[tuple[str, Path]]:
+    """The programs of a folder and those below it, without hidden ones; links that lead out are `wrong`."""
+    left_out = None if but_in is None else but_in.resolve()
+    files = sorted(
+        one
+        for one in folder.rglob("*")
+        if one.suffix.lower() in PROGRAMS and not _is_hidden(one.relative_to(folder).parent) and one.is_file()
+    )
+    wrong += [
+        f"{one}: is a link that leads out of {folder}, which is searched; name it by itself"
+        for one in files
+        if not lies_in(folder, one)
+    ]
+    own = [one for one in files if left_out is None or left_out not in one.resolve().parents]
+    return [(str(one), one.relative_to(folder)) for one in own]
+
+
+def _is_hidden(folder: Path) -> bool:
+    """Whether the name of a folder or of one above it begins with a dot: those of tools, with C headers (.h) or old
+    copies.
+    """
+    return any(part.startswith(".") for part in folder.parts)
