@@ -855,7 +855,7 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "#1=1\nIF [#1 EQ 3 GOTO 5\nN5", "a ] is missing before GOTO", "GOTO 5", ("3 GOTO", "3] GOTO")),
         (".nc", "#1=1\nIF [#1 GT 1O] GOTO 5\nN5", "the letter O in a number", "1O", ("1O", "10")),
         (".nc", "G63.1", "as G53.1 would be", "G63.1", None),
-        (".nc", "B70 X5\nN80 X6", "write N70 if a block number", "B70", ("B70", "N70")),
+        (".nc", "B70 X5\nN80 X6", "N70 may be meant, a block number", "B70", ("B70", "N70")),
         (".nc", "M-8", "did you mean M8?", "M-8", ("M-8", "M8")),
         (".nc", "X5\n8", "such as M8 or O8", "8", None),
         (".nc", "G0 A0, C0", "a comma after a number", "A0,", ("A0,", "A0")),

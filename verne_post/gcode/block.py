@@ -61,8 +61,8 @@ _EXPRESSION: Final = re.compile(rf"(?<=[A-Za-z= \t])(?:[-+][ \t]*)?{_OPERAND}(?:
 ZERO_FOR_O: Final = re.compile(rf"0(<[^<>]*>|\d+(?=(?:{'|'.join(KEYWORDS)})))", re.IGNORECASE)
 #: Keys beside those of words of places.
 _KEYS_OF_TWICE: Final = {"A": "Z", "C": "X", "X": "Z", "Z": "X", "I": "JK", "J": "KI", "K": "JI"}
-#: X36/ for X36.: the keys are side by side.
-_SLASH_FOR_POINT: Final = re.compile(r"(?<![A-Z#<])[A-Z][-+]?\d+$")
+#: X36/ for X36.: the keys are side by side. Codes have no point, and X10/5 may be a quotient.
+_SLASH_FOR_POINT: Final = re.compile(r"(?<![A-Z#<])[A-FH-LP-Z][-+]?\d+/(?!\d)")
 #: Codes that often stand alone in a block, or beside few words.
 _NUMBERS_OF_M: Final = ("1", "2", "3", "4", "5", "6", "7", "8", "9", "30")
 #: What follows the o of ``oh<ole>``.
@@ -273,8 +273,8 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
                 right = f"M{match[1]}"
                 text += f"; write {right} if that is meant"
                 edits = write_words(match[0], right, is_choice=True)
-            if character == "/" and (match := _SLASH_FOR_POINT.search(characters, 0, at)):
-                text = f"{match[0]}/: a / in place of the point; did you mean {match[0]}.?"
+            if character == "/" and (match := _SLASH_FOR_POINT.search(characters, 0, at + 2)):
+                text = f"{match[0]}: a / in place of the point; did you mean {match[0][:-1]}.?"
                 raise reader.error("VP001", text, match.start())
             raise reader.error("VP001", text, at, edits)
         first = has_number = False

@@ -34,7 +34,7 @@ _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
 #: Errors that follow where an incremental word (G91 in place of G90) leaves it open where the axes stand.
 _OF_POSITIONS: Final = ("VP008", "VP013", "VP017", "VP025", "VP026")
 #: Warnings about the words of a line, which hold wherever the axes stand, and whichever tool is in the spindle.
-_OF_WORDS: Final = ("VP004", "VP005", "VP007", "VP038", "VP044")
+_OF_WORDS: Final = ("VP004", "VP007", "VP038", "VP044")
 #: Errors that a line has whether or not the program comes to it.
 _OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 #: So many blocks are repeated after an error, which may have left a loop without an end.
