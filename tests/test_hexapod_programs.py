@@ -34,6 +34,8 @@ def follow_rows(name: str, csv: str) -> tuple[np.ndarray, np.ndarray, np.ndarray
             ways = at + 1e-6 * np.vstack([np.zeros(6), np.eye(6)])
             off = judge(now, ways[:, :3], Rotation.from_rotvec(ways[:, 3:]), data)[0]
             at = at - np.linalg.solve((off[1:] - off[0]).T / 1e-6, off[0])
+            if np.abs(off[0]).max() < 1e-6:  # the step after this one is below rounding
+                break
         poses.append(at)
     found = np.array(poses)
     misfit, tip, axis = judge(values, found[:, :3], Rotation.from_rotvec(found[:, 3:]), data)

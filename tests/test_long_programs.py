@@ -133,12 +133,12 @@ def told(source: bytes, machine: Machine, options: Options) -> tuple[Any, ...]:
 @pytest.mark.parametrize(
     ("program", "option"),
     # the samples are other languages and feed modes, and compensation amends moves: what comes after is that of the
-    # others
+    # others. A restart leaves out moves that are read, in whatever language
     [
         (program, option)
         for program in PROGRAMS
         for option in OPTIONS
-        if program in ("finishing", "mixed") or option in ("spline", "restart")
+        if program in ("finishing", "mixed") or option == "spline" or (program, option) == ("compensated", "restart")
     ],
 )
 def test_rows_do_not_depend_on_the_blocks(
@@ -171,7 +171,7 @@ def test_rows_do_not_depend_on_the_blocks(
         "_check_part", "_finish_part"}),
     (mixed(90), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {
         "is_legal", "open_spans", "make_block", "measure_some", "_check_part", "_finish_part"}),
-    (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {
+    (finishing(150).replace(b"M2", b"Z900 M2"), {}, 1, {
         "is_legal", "try_branch", "fair_part", "compensate_part", "round_part", "open_spans"}),
 ], ids=["one section", "many sections", "slow start", "refused"])  # fmt: skip
 def test_rows_do_not_depend_on_the_processes(
@@ -212,21 +212,21 @@ def test_rows_do_not_depend_on_the_processes(
 
 def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     """But for the text. Everything that is worked on at a time is made small, so that programs of seconds are long."""
-    monkeypatch.setattr(columns, "BLOCK_ROWS", 1024)
-    monkeypatch.setattr(columns, "IN_MEMORY", 1 << 14)
+    monkeypatch.setattr(columns, "BLOCK_ROWS", 512)
+    monkeypatch.setattr(columns, "IN_MEMORY", 1 << 13)
     monkeypatch.setattr(columns, "map_columns", map_and_keep)  # tracemalloc counts no pages of files
-    monkeypatch.setattr(words, "CHUNK_BYTES", 1 << 14)
-    monkeypatch.setattr(recorder, "BLOCK_ROWS", 1024)
-    monkeypatch.setattr(recorder, "_KEPT_ROWS", 512)
-    monkeypatch.setattr(tuning, "AT_A_TIME", 4096)
-    monkeypatch.setattr(tuning, "GRID_ELEMENTS", 1024)
-    monkeypatch.setattr(tuning, "SHARED_ROWS", 2048)
-    monkeypatch.setattr(contour, "ROUNDED_SEGMENTS", 1024)
-    monkeypatch.setattr(tuning, "WINDOW_KNOTS", 400)
-    monkeypatch.setattr(tuning, "TOGETHER_VALUES", 5000)
-    monkeypatch.setattr(fairing, "LONGEST", 1024)
-    monkeypatch.setattr(compensation, "COMPENSATED_VERTICES", 1024)
-    monkeypatch.setattr(sample, "BLOCK_ROWS", 512)
+    monkeypatch.setattr(words, "CHUNK_BYTES", 1 << 13)
+    monkeypatch.setattr(recorder, "BLOCK_ROWS", 512)
+    monkeypatch.setattr(recorder, "_KEPT_ROWS", 256)
+    monkeypatch.setattr(tuning, "AT_A_TIME", 2048)
+    monkeypatch.setattr(tuning, "GRID_ELEMENTS", 512)
+    monkeypatch.setattr(tuning, "SHARED_ROWS", 1024)
+    monkeypatch.setattr(contour, "ROUNDED_SEGMENTS", 512)
+    monkeypatch.setattr(tuning, "WINDOW_KNOTS", 200)
+    monkeypatch.setattr(tuning, "TOGETHER_VALUES", 2500)
+    monkeypatch.setattr(fairing, "LONGEST", 512)
+    monkeypatch.setattr(compensation, "COMPENSATED_VERTICES", 512)
+    monkeypatch.setattr(sample, "BLOCK_ROWS", 256)
 
     def peak(count: int) -> int:
         source = finishing(count)
@@ -242,11 +242,11 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     gc.collect()
     gc.freeze()  # else what other tests have loaded (numba) delays the collection of cycles, and counts here
     try:
-        # where blocks happen to end adds up to a megabyte to the peak, whatever the length: the lower one of two counts
-        few, many = max(peak(6_000), peak(10_000)), min(peak(16_000), peak(20_000))
+        # where blocks happen to end adds to the peak, whatever the length: the higher one of two short ones counts
+        few, many = max(peak(4_000), peak(5_000)), peak(8_000)
     finally:
         gc.unfreeze()
-    assert (many - few) / 6_000 < 40  # bytes a line; the path alone has 400
+    assert (many - few) / 3_000 < 40  # bytes a line; the path alone has 400
 
 
 def test_a_text_in_a_file_reads_like_bytes(tmp_path: Path) -> None:

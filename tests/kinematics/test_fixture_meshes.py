@@ -17,12 +17,15 @@ from tests.kinematics.test_keep_out import PAST, SHAPE, SWING, check
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.cli.main import main
+from verne_post.kinematics.checks import mesh_distances
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Cylinder, FixtureMesh
+from verne_post.part.bodies import Piece
 from verne_post.part.fixture import load_fixture
 from verne_post.part.stl import build_mesh
+from verne_post.part.sweep import look
 
 SAMPLE = runpy.run_path(str(Path(__file__).parents[2] / "gcode_samples" / "make_vise_sample.py"))
 unite_boxes, pack_stl = SAMPLE["unite_boxes"], SAMPLE["pack_stl"]
@@ -117,6 +120,29 @@ def test_distances_in_poses_are_those_from_the_same_box() -> None:
     assert np.abs(mesh - box)[outside].max() < 0.1  # points are 2 mm apart
     assert (mesh >= box - 1e-6)[box < 20].all()  # no point of the surface is nearer than the body
     assert ((mesh < 0) == (box < 0))[np.abs(box) > 0.1].mean() > 0.98
+
+
+def test_the_nearest_point_of_a_mesh_is_found_where_another_group_of_points_seems_nearer() -> None:
+    """Of a vise, whose jaws stand beside its base: every point is held against a cutter at 300 poses."""
+    vise = load_fixture(pack_stl(unite_boxes([SAMPLE["BASE"], *SAMPLE["JAWS"], SAMPLE["STOP"]])), "vise", "mm")
+    corners = np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 20.0], [0.0, 20.0]])
+    piece = Piece("cutter", corners, 0.0, 0.0, 20.0, 5.0, plain=True)
+    pick = np.random.default_rng(1)
+    tip = pick.uniform([-60.0, -60.0, 60.0], [60.0, 60.0, 110.0], (300, 3))
+    axis = 0.3 * pick.normal(size=(300, 3)) + [0.0, 0.0, 1.0]
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    balls = mesh_distances._sample(vise)
+    points = balls[-1][0]
+    least = np.array(
+        [
+            look(piece, points, *(np.broadcast_to(one, points.shape) for one in pose)).phi.min()
+            for pose in zip(tip, axis, strict=True)
+        ]
+    )
+    found = mesh_distances._find_least(piece, tip, axis, balls, np.full(300, 20.0))
+    assert 50 < (least < 20.0).sum() < 250
+    assert found[least < 20.0] == pytest.approx(least[least < 20.0], abs=1e-9)
+    assert (found[least >= 20.0] >= 20.0).all()
 
 
 def test_rods_keep_out_of_boxes_and_meshes(machine_with: Any) -> None:

@@ -46,7 +46,9 @@ def measure_distances(
             for piece in pieces:
                 if piece.part in found:
                     own = found[piece.part]
-                    own[rows] = np.minimum(own[rows], _find_least(piece, tip, axis, _sample(mesh), near))
+                    # of the next piece only what is nearer counts
+                    least = _find_least(piece, tip, axis, _sample(mesh), np.minimum(own[rows], near))
+                    own[rows] = np.minimum(own[rows], least)
     return found
 
 
@@ -74,14 +76,15 @@ def _sample(mesh: Mesh) -> list[tuple[Array, Array]]:
     return balls
 
 
-def _find_least(piece: Piece, tip: Array, axis: Array, balls: list[tuple[Array, Array]], near: float) -> Array:
-    """The least distance (n,) of points from a piece at poses (n, 3), (n, 3); a lower bound above ``near``."""
+def _find_least(piece: Piece, tip: Array, axis: Array, balls: list[tuple[Array, Array]], near: Array) -> Array:
+    """The least distance (n,) of points from a piece at poses (n, 3), (n, 3); a lower bound above ``near`` (n,)."""
     n, count = len(tip), len(balls[0][0])
     row, ball = np.repeat(np.arange(n), count), np.tile(np.arange(count), n)
     phi = look(piece, balls[0][0][ball], tip[row], axis[row]).phi
     lower = phi - balls[0][1][ball]
     least = lower.reshape(n, count).min(axis=1)
-    close = np.flatnonzero(least < near)
+    is_close = least < near
+    close = np.flatnonzero(is_close)
     # down to one point first: few others can be nearer
     chosen = phi.reshape(n, count)[close].argmin(axis=1)
     for centre, _radius in balls[1:]:
@@ -91,11 +94,12 @@ def _find_least(piece: Piece, tip: Array, axis: Array, balls: list[tuple[Array, 
         best = of_child.argmin(axis=1)
         chosen = child[np.arange(len(close)), best]
         least[close] = of_child[np.arange(len(close)), best]
-    row, ball = take(np.flatnonzero((least < near)[row] & (lower < least[row])), row, ball)
+    sought = np.minimum(least, near)
+    row, ball = take(np.flatnonzero(is_close[row] & (lower < sought[row])), row, ball)
     for centre, radius in balls[1:]:
         pair, child = number_parts(np.minimum(_CLUSTER, len(centre) - _CLUSTER * ball))
         row, ball = row[pair], _CLUSTER * ball[pair] + child
         lower = look(piece, centre[ball], tip[row], axis[row]).phi - radius[ball]
-        row, ball, lower = take(np.flatnonzero(lower < least[row]), row, ball, lower)
+        row, ball, lower = take(np.flatnonzero(lower < sought[row]), row, ball, lower)
     np.minimum.at(least, row, lower)
     return least
