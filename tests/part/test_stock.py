@@ -503,6 +503,27 @@ def test_a_remedy_that_fails_is_cut_up_to_its_first_touch() -> None:
     assert first.volume[1] < 0.5 * whole.volume[1]
 
 
+@pytest.mark.parametrize("keep_off", [0.0, 0.5])
+def test_which_spans_touch_does_not_depend_on_their_depth(keep_off: float) -> None:
+    """Remedies ask which lines have a contact. A holder that plunges, leans, leaves and comes back, in short spans."""
+    at = np.linspace(0.0, 1.0, 41)
+    tip = np.column_stack([60 * at - 20, 10 + 20 * np.abs(np.sin(9 * at)), -3 - 6 * np.sin(7 * at)])
+    lean = 0.2 * np.sin(11 * at)
+    axis = np.column_stack([lean, np.zeros(41), np.sqrt(1 - lean**2)])
+    lines, zeros = np.repeat(np.arange(5), 8), np.zeros(40, dtype=int)
+    rapid = (lines == 2) | (lines == 4)
+    corner = np.where(rapid & (np.arange(40) % 8 == 0), 0.3, 0.0)
+    spans = Spans(*cutting._list_pairs(tip, axis), lines, zeros, rapid, corner)
+    tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
+    whole, asked = (
+        cut_stock(box(60, 40, 20, 0.4), spans, tools, keep_off, only_spans=only_spans) for only_spans in (False, True)
+    )
+    assert {one.line for one in whole.touches} == {0, 1, 2, 4}
+    touching = [[(one.span, one.body, one.depth == one.depth) for one in cut.touches] for cut in (whole, asked)]
+    assert touching[0] == touching[1]
+    np.testing.assert_allclose(whole.volume, asked.volume, rtol=1e-12)  # compiled or not, from some number of bodies on
+
+
 def test_bodies_of_short_spans_are_no_nearer_than_those_of_a_long_one() -> None:
     """Spans a little longer than the step had two bodies each."""
     tip = np.column_stack([np.linspace(0.0, 9.3, 89), np.zeros(89), np.zeros(89)])

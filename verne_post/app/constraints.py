@@ -18,11 +18,12 @@ from verne_post.toolpath.branch_choice import DEPARTURE
 
 
 def check_program(
-    program: Program, progress: Progress | None = None, *, only_first: bool = False
+    program: Program, progress: Progress | None = None, *, only_first: bool = False, only_lines: bool = False
 ) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check along the whole contour, and what the assembly found; sorted by line and code.
 
-    With ``only_first`` the stock is cut up to the first error: whether there is one is asked, not which.
+    With ``only_first`` the stock is cut up to the first error: whether there is one is asked, not which. With
+    ``only_lines`` it is asked which lines touch the stock, not where and how deep.
 
     Returns
     -------
@@ -30,12 +31,12 @@ def check_program(
         What profiles from stop to stop need.
     list of Finding
     """
-    bounds, found = _check_contour(program, progress, only_first=only_first)
+    bounds, found = _check_contour(program, progress, only_first=only_first, only_lines=only_lines)
     return bounds, sort_findings([*program.machine.warnings, *_drop_consequences(program.findings, found), *found])
 
 
 def _check_contour(
-    program: Program, progress: Progress | None = None, *, only_first: bool = False
+    program: Program, progress: Progress | None = None, *, only_first: bool = False, only_lines: bool = False
 ) -> tuple[JointBounds, list[Finding]]:
     joints, total = guard_joints(program), len(program.contour)
     report = None if progress is None else lambda done: progress("checking", done, total)
@@ -43,7 +44,7 @@ def _check_contour(
     if joints.keep_out is not None:
         from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
 
-        found = settle_stock(program, joints, found, progress, only_first=only_first)
+        found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
     return bounds, found
 
 

@@ -222,7 +222,7 @@ def _list_errors(source: Text, program: Program, change: dict[str, object] | Non
     """The errors of a program with another text or other options; None where it cannot be read."""
     try:
         options = program.options.changed(**change) if change else program.options
-        found = check_program(assemble(source, program.machine, options, program.team))[1]
+        found = check_program(assemble(source, program.machine, options, program.team), only_lines=True)[1]
     except InputError:
         return None
     return [item for item in found if item.severity == "error"]

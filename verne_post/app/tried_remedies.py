@@ -318,10 +318,10 @@ def build_trial(source: Text, program: Program, line: Line) -> Trial:
             made = assemble(b"\n".join(lines), program.machine, program.options, program.team)
             if len(program.contour) > TRIED_ELEMENTS:
                 return not _list_errors(check_line(made, select_line(guard_joints(made), line.number), line.number))
-            after = check_program(made)[1]
+            after = check_program(made, only_lines=True)[1]
         except InputError:
             return False
-        before[:] = before or [_list_places(check_program(program)[1])]
+        before[:] = before or [_list_places(check_program(program, only_lines=True)[1])]
         is_mended = all(line.number not in _list_lines(one) for one in _list_errors(after))
         return is_mended and _list_places(after) <= before[0]
 
@@ -483,7 +483,7 @@ def find_end_before_contact(source: Text, program: Program, line: Line) -> str |
         changed = change_number(said, word, format_number(then))
         text = b"\n".join([*lines[: line.number - 1], changed.encode(), *lines[line.number :]])
         try:
-            found = check_program(assemble(text, machine, program.options, program.team))[1]
+            found = check_program(assemble(text, machine, program.options, program.team), only_lines=True)[1]
         except InputError:
             return None
         left = (item for item in found if item.severity == "error")

@@ -135,6 +135,7 @@ def cut_stock(
     report: Callable[[int], None] | None = None,
     *,
     only_first: bool = False,
+    only_spans: bool = False,
 ) -> Cut:
     """Run spans of motion through a stock, which is cut.
 
@@ -146,9 +147,11 @@ def cut_stock(
         Called with the number of spans that are done.
     only_first : bool
         Nothing is cut after the first certain touch.
+    only_spans : bool
+        Which spans touch is asked, not where and how deep: certain touches have the depth ``TOUCH_MM``.
     """
     run = _Run(stock, spans, tools, keep_off)
-    run.only_first = only_first
+    run.only_first, run.only_spans = only_first, only_first or only_spans
     if report is not None:
         run.report = report
     tip, axis = stock.place_inside(spans.tip, spans.axis)
@@ -201,6 +204,7 @@ class _Run:
         self.broken: set[tuple[int, str]] = set()
         #: Whether to stop at the first certain touch, and whether there was one that no rounded corner explains.
         self.only_first, self.is_over = False, False
+        self.only_spans = False
         #: Standing bodies leave teeth up to half their distance.
         self.left = 0.0
 
@@ -408,7 +412,15 @@ class _Run:
         they can have changed.
         """
         first, last, in_corner = 0, self.measured.get(name), self.rounding[rows[0]] > 0
-        if last is not None and 0 <= rows[0] - last[0] <= 1 and self.spans.line[rows[0]] == self.spans.line[last[0]]:
+        line = self.spans.line[rows[0]]
+        if last is not None and not (0 <= rows[0] - last[0] <= 1 and line == self.spans.line[last[0]]):
+            last = None
+        if last is None:
+            first = self._find_first(tip, axis, body)
+        if self.only_spans and not in_corner:
+            self.measured[name] = int(rows[-1]), tip[-1], axis[-1], TOUCH_MM
+            return first, TOUCH_MM
+        if last is not None:
             _row, old_tip, old_axis, depth = last
             reach = max(piece.high for piece in body)
             gone = np.linalg.norm(tip - old_tip, axis=1) + reach * np.linalg.norm(axis - old_axis, axis=1)
@@ -420,14 +432,21 @@ class _Run:
                 self.measured[name] = int(rows[-1]), old_tip, old_axis, depth
                 return first, depth
         else:
-            pairs = list(zip(*_list_pairs(tip, axis), strict=True))
-            while not self._is_touching(*pairs[first], body, -TOUCH_MM - self.left):
-                first += 1
-            self.begin[int(rows[first]), name] = self._find_begin(*pairs[first], body)
+            span = slice(first, first + 2)
+            self.begin[int(rows[first]), name] = self._find_begin(tip[span], axis[span], body)
         depth = self._measure_depth(tip, axis, body)
         if not in_corner:  # what it leaves may be no contact
             self.measured[name] = int(rows[-1]), tip[-1], axis[-1], depth
         return first, depth
+
+    def _find_first(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> int:
+        """The first of spans in a row on which a body certainly touches; one of them does."""
+        last = len(tip) - 2
+        pairs = zip(*_list_pairs(tip, axis), strict=True)
+        touching = (
+            k for k, pair in enumerate(pairs) if k == last or self._is_touching(*pair, body, -TOUCH_MM - self.left)
+        )
+        return next(touching)
 
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
         """How deep a body is in the material at most, mm; negative where it is beside it, nearer than it may be."""
