@@ -302,7 +302,7 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
         )
 
     # proposals have been sought above, change no verdict, and take half of the time
-    monkeypatch.setattr("verne_post.app.explain_line.propose", lambda _line, _findings: iter(()))
+    monkeypatch.setattr("verne_post.app.explain_line.propose", lambda *_given: iter(()))
     monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings)
     machine = vp.load_machine("machine.toml")
     options = vp.Options(tool_length=case.tool, wcs={"G54": case.place}, **case.options)
