@@ -88,6 +88,10 @@ def test_samples_are_in_no_doubt(run, sample: Path) -> None:
         ("rs274", "G18\nX-10\nG3 X0 Y0 R5", []),  # half a turn ends beside its start
         ("rs274", "X-10\nG2 X0 Z15 R5\nX-10 Z10 R5", []),
         ("rs274", "G18\nX-10\nG3 X0 Z30 R10", []),
+        # turns of a thread in quarters and thirds, some of whose chords are along an axis
+        ("rs274", "X7.0711 Y7.0711\nG3 X-7.0711 Z29.5 R10\nY-7.0711 Z29 R10\nX7.0711 Z28.5 R10\nY7.0711 Z28 R10", []),
+        ("rs274", "X0 Y10\nG3 X-8.6603 Y-5 Z29.5 R10\nX8.6603 Z29 R10\nX0 Y10 Z28.5 R10", []),
+        ("rs274", "Y-9\nX-9\nG1 X-10 Y-10\nG3 X10 Z29 R14.1421\nG1 X11 Y-9", []),  # tangent to the cuts beside it
     ],
 )
 def test_an_arc_to_two_axes_of_another_plane_is_told(machine, dialect, text, lines):

@@ -1145,6 +1145,7 @@ def list_sizes(body):
         ("G1 Z2 F400\nX20 F4.5", None, ""),
         ("G1 Z2 F1.5\nX20 F90", None, ""),
         ("G1 Z2 F4.5\nX20 F500", None, ""),  # a slow plunge: 4500 mm/min is no feed rate of this program
+        ("G1 Z2 F1.5\nX20 F900", None, ""),  # nor is this one more than slow
         ("G95 G1 Z2 F0.1\nG94 X20 F900", None, ""),
     ],
 )
@@ -1201,6 +1202,7 @@ def test_a_radius_in_place_of_a_diameter_is_told(dialect, remark, call, diameter
         ("G43 Z50 H1", "G1 Z-5 F100\nG0 Z5\nZ-4.5\nG1 Z-9", "G0 Z50", None),  # pecks
         ("G43 Z50 H1", "G18 G2 X20 Z40 I10 K-5 F100\nG17 G0 Z34", "G0 X60", None),  # the arc went deeper
         ("G43 Z50 H1", "G1 Z-5 F100", "G91 G28 Z0\nG90", None),
+        ("G43 Z50 H1", "G0 Z-60\nG1 Z-58 F100\nG0 Z-59\nX40\nZ59", "G0 Z50", None),  # spot-faced from behind
     ],
 )
 def test_a_rapid_below_every_cut_is_told(clear, cuts, end, line):

@@ -1216,7 +1216,7 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "a.nc",
             FANUC + f"{RS274}G0 Z160\nG49\nG0 X0 Y0\nZ2.\nM30\n%\n",
             "VP034",
-            "Write G43 H1 before line 13 (no errors then, with 2 warnings)",
+            "Write G43 H1 before line 13 (no errors then, with 1 warning)",
             "Z2.",
             "G43 H1\nZ2.",
         ),

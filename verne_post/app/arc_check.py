@@ -1,13 +1,14 @@
 """Arcs of half a turn and more that meet both neighbours at an angle, where another arc would continue them."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.machining.machining import OTHER_PLANE
 from verne_post.gcode.machining.plane_geometry import Point, find_tangent
 from verne_post.model.findings import Finding, add_line, make_finding
 from verne_post.model.moves import MoveKind, Moves
@@ -26,13 +27,13 @@ _SENSES: Final = {
 _RADII: Final = {"siemens": "CR"}
 
 
-def check_arcs(moves: Moves) -> Iterator[Finding]:
-    """VP056: one finding for the senses, and one for the signs of radii, that are in doubt."""
+def check_arcs(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
+    """VP056: one finding for the senses, and one for the signs of radii, that are in doubt from a move on."""
     found: dict[str, Finding] = {}
     sweeps = np.abs(moves.arcs.sweep)
     large = np.flatnonzero(moves.kind == MoveKind.ARC)
     large = large[(np.abs(moves.arcs.turns[moves.arc[large]]) == 1) & (sweeps[moves.arc[large]] > _HALF_TURN_DEG)]
-    for at in large.tolist():
+    for at in large[large >= from_move].tolist():
         doubt = _find_doubt(moves, at)
         if not doubt or (doubt == "radius" and moves.language == "aptcl"):  # whose arcs have no sign
             continue
@@ -48,6 +49,33 @@ def check_arcs(moves: Moves) -> Iterator[Finding]:
         text = f"the arc of {sweep:.4g} deg {meets}, and one of {360.0 - sweep:.4g} deg would continue them: {meant}"
         found[doubt] = make_finding("VP056", text, line=line, last_line=line, worst_line=line)
     yield from found.values()
+
+
+def drop_helices(found: Sequence[Finding], moves: Moves, from_move: int = 0) -> list[Finding]:
+    """Findings, without VP056 of another plane where the arc, in its own plane, goes on from a neighbour or into it.
+
+    So does one turn of a thread that is written in parts, of which a chord along an axis names this axis and Z alone.
+    What stands before the first move of a restart is not judged either.
+    """
+
+    def is_helix(line: int) -> bool:
+        rows = np.flatnonzero((moves.line == line) & (moves.kind == MoveKind.ARC))
+        return not len(rows) or rows[-1] < from_move or any(_goes_on(moves, at) for at in rows.tolist())
+
+    return [item for item in found if item.quantity != OTHER_PLANE or not is_helix(item.line or 0)]
+
+
+def _goes_on(moves: Moves, at: int) -> bool:
+    """Whether an arc is like one beside it, or continues a cut or is continued by one, as seen along its axis."""
+    axes = PLANES[int(moves.arcs.plane[moves.arc[at]])][:2]
+    for row, is_before in ((at - 1, True), (at + 1, False)):
+        if not 0 < row < len(moves):
+            continue
+        beside = _find_direction(moves, row, axes, at_end=is_before)
+        own = _find_direction(moves, at, axes, at_end=not is_before)
+        if _is_alike(moves, at, row) or (beside is not None and own is not None and math.dist(beside, own) < _NEARLY):
+            return True
+    return False
 
 
 def _find_doubt(moves: Moves, at: int) -> str:

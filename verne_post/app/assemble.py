@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
+from verne_post.app.arc_check import drop_helices
 from verne_post.app.diameter_check import check_diameters
 from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
 from verne_post.app.row_format import find_drives
@@ -297,8 +298,9 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         *check_diameters(source, moves, options),
         *turns,
     ]
+    read = drop_helices(moves.findings, moves, 0 if restart is None else restart.move)
     checked += find_unexecuted_moves(source, moves)
-    findings = tuple(place_at_plane(source, item) for item in (*checked, *moves.findings))
+    findings = tuple(place_at_plane(source, item) for item in (*checked, *read))
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
 
 

@@ -54,6 +54,8 @@ def check_heights(moves: Moves, begin: int = 0) -> Iterator[Finding]:
         line, height, cut = int(moves.line[at]), float(end[at, 2]), float(lowest[system[at]])
         if not first[at] and height in begun[system[cuts & follows] == system[at]]:
             continue
+        if (end[:at, 2][rapids[:at] & (system[:at] == system[at])] < height).any():
+            continue  # it has been lower
         text = (
             f"this rapid goes down to Z {height:.6g} mm, the deepest cut of its tool is at Z {cut:.6g} mm, and other "
             f"rapids go to Z {-height:.6g} mm: is the sign of the height right?"

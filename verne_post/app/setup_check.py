@@ -124,7 +124,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *report_kept_planes(moves, machine.coordinates),
         *_check_uncalled_tools(moves, options),
         *check_senses(moves, machine.coordinates),
-        *check_arcs(moves),
+        *check_arcs(moves, from_move),
         *check_heights(moves, from_move),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
@@ -192,11 +192,15 @@ def _iterate_cuts(path: ToolPath) -> Iterator[Ints]:
 
 
 def _check_slow_feed(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
-    """VP505: the first cut at a feed rate that is mostly in m/min: others are so many times faster."""
+    """VP505: the first cut at a feed rate that is mostly in m/min: others are so many times faster.
+
+    A tool may plunge along Z as slowly.
+    """
     first, fastest = -1, 0.0
     for move in cuts:
         move = move[moves.feed_mode[move] == FeedMode.PER_MINUTE]
-        slow = move[moves.feed[move] < _SLOW_FEED]
+        beside = (moves.end[move, :2] != moves.end[np.maximum(move - 1, 0), :2]).any(axis=1)
+        slow = move[beside & (moves.feed[move] < _SLOW_FEED)]
         first = int(slow[0]) if first < 0 and len(slow) else first
         fastest = max(fastest, float(moves.feed[move].max(initial=0.0)))
     if first < 0 or fastest < _TIMES_FASTER * moves.feed[first]:

@@ -26,9 +26,9 @@ GIVE_PLACE: Final = (
 FILL_IN_LENGTH: Final = "Fill in the length in INPUT.toml, which verne-post setup INPUT writes."
 
 
-def write_before(words: str, *, line: int = 0, turns: bool = False) -> tuple[Remedy, ...]:
+def write_before(words: str, *, line: int = 0, turns: bool = False, is_choice: bool = False) -> tuple[Remedy, ...]:
     """The edit of an error that words on a line before its own settle."""
-    return (Remedy(f"write {words} before", words, line=line, way="before", turns=turns),)
+    return (Remedy(f"write {words} before", words, line=line, way="before", turns=turns, is_choice=is_choice),)
 
 
 def close_here(bracket: str) -> tuple[Remedy, ...]:

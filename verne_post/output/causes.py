@@ -198,7 +198,7 @@ def _join_lost_points(findings: Sequence[Finding], groups: list[list[int]]) -> l
                 if item.severity == "error"
                 and (
                     (_is_of_the_workspace(item) and line in (item.line, item.worst_line))
-                    or (item.code == "VP008" and re.search(rf"[( ]{word}[ )]", item.message))
+                    or (item.code == "VP008" and re.search(rf"[( ]{re.escape(word)}[ )]", item.message))
                 )
             ),
             None,

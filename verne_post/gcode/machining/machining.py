@@ -41,6 +41,8 @@ _ROTARY: Final = (3, 4, 5)
 #: 1 - cosine of the angle between an arc's axis and X, Y or Z that is rounding.
 _IN_PLANE: Final = 1e-14
 MAX_DWELL_S: Final = 86_400.0
+#: The kind of VP056 that the moves beside an arc may answer.
+OTHER_PLANE: Final = "plane of an arc"
 #: What a feed move may lack.
 #: Members of an enumeration are looked up slowly, and every feed move asks for these.
 _INVERSE, _PER_REVOLUTION = FeedMode.INVERSE, FeedMode.PER_REVOLUTION
@@ -88,7 +90,8 @@ def warn_of_other_plane(
         f"an arc by its radius to {names}, which are the axes of {right}{since}: the tool goes round in the "
         f"{PLANE_NAMES[plane]} plane and along {AXES[2 - plane]}; write {right} before, if the arc is meant there",
         line,
-        edits=write_before(right),
+        edits=write_before(right, line=line, is_choice=True),
+        quantity=OTHER_PLANE,
     )
 
 
