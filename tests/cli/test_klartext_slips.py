@@ -166,3 +166,47 @@ def test_m136_is_named_where_f_is_no_feed_of_a_turn(inspector: Inspector, tmp_pa
     found = check(inspector, tmp_path / "a.h", text, SETUP)
     (said,) = (one.message for one in found.findings if one.code == "VP505")
     assert "M136 of line 7 is active: if mm/min were meant, write M137 in its place" in said
+
+
+@pytest.mark.parametrize("number", ["", "18 ", "/18 "])
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("L", "Z+2 R0 FMAX"),
+        ("L", "Z+100 R0 FMAX M3"),
+        ("L", "Y-10 R0 FMAX M99"),
+        ("L", "IZ+2 R0 FMAX"),
+        ("L", "X+Q1 R0"),
+        ("L", "X+Q1 Y-Q1 FMAX"),
+        ("L", "A+0 C+0 R0 FMAX"),
+        ("LP", "PR+5 R0"),
+        ("LP", "IPA+30 PR+5 R0 F500"),
+        ("CP", "IPA+30 DR+ R0"),
+        ("CR", "X+5 Y+5 R+10 DR-"),
+        ("LN", "X+1 Y+1 Z+30 NX+0 NY+0 NZ+1"),
+    ],
+)
+def test_a_lost_path_function_is_put_before_its_coordinates(
+    inspector: Inspector, tmp_path: Path, number: str, path: str, words: str
+) -> None:
+    """Z+2 R0 was read as R0 Z+2 in the wrong order, and R0 told to have no Z."""
+    file = tmp_path / "a.h"
+    right = PROGRAM.replace("19 M129\n", f"19 M129\n20 CC X+0 Y+0\n{number}{path} {words}\n", 1)
+    message, _word, made = look(inspector, file, right.replace(f"{path} {words}", words, 1), SETUP)
+    first = words.split()[0]
+    assert message == f"{first}: coordinates without a path function before them; write {path} {first}"
+    assert right in [text for _file, text, _settles in made.values()]
+
+
+@pytest.mark.parametrize("words", ["Z+2 RL", "X+0 RR F200", "Z+22 STOP"])
+def test_coordinates_are_not_of_the_word_behind_them(inspector: Inspector, tmp_path: Path, words: str) -> None:
+    program = PROGRAM.replace("19 M129\n", f"19 M129\n20 {words}\n", 1)
+    assert look(inspector, tmp_path / "a.h", program, SETUP)[0].endswith(f"; write L {words.split()[0]}")
+
+
+def test_a_path_function_behind_its_coordinate_is_in_the_wrong_order(inspector: Inspector, tmp_path: Path) -> None:
+    right = PROGRAM.replace("19 M129\n", "19 M129\n20 CC X+0 Y+0\n20 LP PR+5 PA+30 R0\n", 1)
+    file = tmp_path / "a.h"
+    message, _word, made = look(inspector, file, right.replace("LP PR+5", "PR+5 LP", 1), SETUP)
+    assert message == "PR+5 LP: two words in the wrong order; did you mean LP PR+5?"
+    assert right in [text for _file, text, _settles in made.values()]

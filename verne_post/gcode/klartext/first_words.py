@@ -26,7 +26,12 @@ KEYWORD: Final = re.compile(
     r"|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
 )
 #: A coordinate, where a keyword is to stand.
-_COORDINATE: Final = re.compile(r"I?[XYZABCUVW][ \t]*[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?!\w)")
+_COORDINATE: Final = re.compile(r"I?(?:[XYZABCUVW]|P[AR])[ \t]*[-+]?(?:\d+[.,]?\d*|[.,]\d+|Q[LR]?\d+(?![ \t]*=))(?!\w)")
+#: What a coordinate begins with, one with a slip in its number too.
+_AXIS: Final = re.compile(r"I?(?:[XYZABCUVW]|P[AR])[-+.,\dQ=]")
+#: Statements that coordinates follow.
+_PATH: Final = re.compile(r"L[NP]?|C[CPRT]?|CTP")
+_DIRECTION: Final = re.compile(r"(?<!\w)DR[ \t]*[-+]")
 LETTERS_AS_DIGITS: Final = str.maketrans("OIL", "011")
 #: The number of a block in which letters stand for digits.
 _BLOCK_NUMBER: Final = re.compile(r"[ \t]*((?=[OIL\d]*[OIL])[OIL\d]+)[ \t]+")
@@ -40,7 +45,7 @@ _OF_PATHS: Final = re.compile(r"([LC][A-Z]?|[A-Z][LC])[ \t]+(?:I?[XYZABCUVW]|P[A
 #: Of each of these words the first that stands there decides.
 _TOLD_BY: Final = (
     (re.compile(r"(?<!\w)[NT][XYZ]"), {"L": "LN"}),
-    (re.compile(r"(?<!\w)I?PA"), {"L": "LP", "C": "CP"}),
+    (re.compile(r"(?<!\w)I?P[AR]"), {"L": "LP", "C": "CP"}),
     (re.compile(r"(?<!\w)R[ \t]*[-+]?[1-9Q]"), {"C": "CR"}),
 )
 #: LBL1 or CALL LBL1, without the blank before the number.
@@ -95,8 +100,10 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             return ProgramError("VP001", f"{place}: no parameter; did you mean Q{place[1:]}?", begin + 1)
         if swapped_words := _find_swapped(text, begin):
             return swapped_words
-        what = f"{place}: coordinates without a path function before them; write L {place}"
-        return ProgramError("VP001", what, begin + 1, edits=write_words(place, f"L {place}", line=line))
+        kind = "C" if _DIRECTION.search(text, begin) else "L"
+        right = f"{_tell_path(kind, text[begin:]) or kind} {place}"
+        what = f"{place}: coordinates without a path function before them; write {right}"
+        return ProgramError("VP001", what, begin + 1, edits=write_words(place, right, line=line))
     if joined_label := _JOINED_LABEL.match(text, begin):
         return refuse_joined(joined_label.group(), begin + 1, line)
     wrong_number = _BLOCK_NUMBER.match(text)
@@ -144,6 +151,8 @@ def _find_swapped(text: str, begin: int) -> ProgramError | None:
     for at, (first, second) in enumerate(pairwise(words[:3])):
         if first.isdigit() and second != "LBL":
             continue
+        if _AXIS.match(first) and not _PATH.fullmatch(second):  # L before both is lost: Z+2 R0
+            continue
         keyword = KEYWORD.match(" ".join([*words[:at], second, first, *words[at + 2 : at + 3]]))
         found = [] if keyword is None else keyword.group().split()
         is_whole = found[at : at + 1] == [second] or (first == "=" and found == ["Q"])
@@ -160,9 +169,13 @@ def _find_path(text: str) -> str:
     if match is None:
         return ""
     kind = "L" if "L" in match[1] else "C"
-    right = next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
     # of arcs C, CT and CTP have the same words
-    return right or (kind if kind == "L" or match[1] == "CC" else "")
+    return _tell_path(kind, text) or (kind if kind == "L" or match[1] == "CC" else "")
+
+
+def _tell_path(kind: str, text: str) -> str:
+    """The path function, a line (L) or an arc (C), that the words of a block tell apart from others; empty if none."""
+    return next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
 
 
 def refuse_joined(text: str, column: int, line: int) -> ProgramError:
