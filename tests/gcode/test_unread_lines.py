@@ -22,7 +22,7 @@ APT = "UNITS/MM\nLOADTL/1\nSPINDL/3000,CLW\nRAPID\nGOTO/0,0,150\n{}\nGOTO/0,0,10
         ("p.h", "3 MOVE Z+100 F1500", "VP002 error: MOVE is not a statement that is executed here"),
         ("p.h", "3 CX Y+10 F AUTO", "VP002 error: CX is not a statement that is executed here"),
         ("p.h", "3 CC X0 F300", "VP006 error: CC does not use F"),
-        ("p.cls", "FEDRAT/MMPN,200", "VP005 error: FEDRAT takes one number"),
+        ("p.cls", "FEDRAT/MMPN,200", "VP002 error: MMPN: no word of FEDRAT; did you mean MMPM?"),
     ],
 )
 def test_the_feed_rate_of_a_refused_line(
