@@ -324,3 +324,40 @@ def test_a_slip_is_one_finding_of_which_an_edit_gives_the_program_back(
 def test_an_arc_without_a_centre_is_one_finding_with_the_places_behind_it(inspector: Inspector, tmp_path: Path) -> None:
     message, _marked, _made = look(inspector, tmp_path / "a.ngc", LOOP.replace("X5", "G2 X5"), SETUP)
     assert message.startswith("an arc needs its centre")
+
+
+MILLED = """%
+O1
+G21 G90 G94 G54 G17
+T1 M6
+G43 H1
+G0 X0 Y0 Z50. A0 C0
+M3 S1000
+G1 X20. Y15. F100
+G2 X30. Y15. I5. J0
+G98 G81 X10. Y5. Z15. R22. F100
+G80
+G1 Y25.
+M30
+%
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said", "is_sure"),
+    [
+        ("G2 X30.", "G12 X30.", "G12: a round pocket takes no place and no J or R; did you mean G2?", True),
+        ("Z15. R22.", "Z15, R22.", "Z15, R22.: a comma in place of the point; did you mean Z15. R22.?", True),
+        ("G1 Y25.", "G1 T25.", "T25.: Y25. may be meant, whose key is beside", False),
+    ],
+)
+def test_a_slip_of_fanuc_gives_the_program_back(
+    inspector: Inspector, tmp_path: Path, right: str, wrong: str, said: str, is_sure: bool
+) -> None:
+    assert MILLED.count(right) == 1
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80, diameter = 10 }\n"
+    message, _marked, made = look(inspector, tmp_path / "a.nc", MILLED.replace(right, wrong), setup)
+    assert said in message
+    assert "did you mean 1?" not in message
+    assert (MILLED, is_sure) in [made_text[1:] for made_text in made.values()]
+    assert not any(preferred and text != MILLED for _path, text, preferred in made.values())

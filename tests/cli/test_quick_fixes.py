@@ -209,6 +209,22 @@ def look(
             (">", "GT"),
         ),
         (
+            "p.ngc",
+            f"{NGC}#<n>=12\no2 if [#<n> > 10]\nG1 X3 F500\no2 endif\nM2\n",
+            "did you mean GT?",
+            ">",
+            "Write GT in place of >",
+            ("> > 10", "> GT 10"),
+        ),
+        (
+            "q.ngc",
+            f"{NGC}#<n>=3\no1 while [#<n>>0]\nG1 X#<n> F500\n#<n>=[#<n>-1]\no1 endwhile\nM2\n",
+            "did you mean GT?",
+            ">",
+            "Write GT in place of >",
+            (">>0", ">GT0"),
+        ),
+        (
             "f.nc",
             f"{FANUC}#101=1\nWHILE [#101 LE 3]\nG1 X#101 F500\n#101=#101+1\nEND1\nM30\n%\n",
             "DO1, which END1 of line 10 would end, is missing",

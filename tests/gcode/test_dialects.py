@@ -1050,6 +1050,21 @@ def test_the_ending_of_a_file_decides_where_its_text_does_not(name, dialect):
     assert choose_dialect("fanuc", b"N10 G0 X1\n", name) is DIALECTS["fanuc"]
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "dialect"),
+    [
+        ("a.mpf", "% LID OP10\nG71 G90\nG0 X1\n", "siemens"),
+        ("A.SPF", "%LID\nR1=5\nG0 X=R1\n", "siemens"),
+        ("a.nc", "% LID OP10\nG71 G90\nG0 X1\n", "fanuc"),
+        ("a.mpf", "% LID OP10\nG21 G90\nG0 X1\n", "fanuc"),
+        ("a.mpf", "% LID OP10\nG90\n#1=5\nG0 X#1\n", "fanuc"),
+        ("a.mpf", "% O1234\nG90\nG0 X1\n", "fanuc"),
+    ],
+)
+def test_a_title_behind_a_percent_sign_is_of_siemens_in_its_files(name, text, dialect):
+    assert choose_dialect("auto", text.encode(), name) is DIALECTS[dialect]
+
+
 @pytest.mark.parametrize("name", ["a.h", "a.nc"])
 @pytest.mark.parametrize("first", ["BEGIN PMG A MM", "; A"])
 def test_klartext_without_a_right_begin_pgm_is_recognised(name, first):

@@ -461,6 +461,9 @@ def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_p
         ),
         ("#<z>=1\nG1 X#z> F500", 1, "VP001 error", "#z>: the < of the name is missing; did you mean #<z>?"),
         ("#<z>=1\nG1 X<#z> F500", 1, "VP001 error", "<#z>: the # stands before the <; did you mean #<z>?"),
+        ("#<y>=1\n#<z>=[#<y> > -1]\nG1 X#<z> F500", 1, "VP001 error", ">: no operator here; did you mean GT?"),
+        ("#<y>=1\n#<z>=[#<y>>=ABS[1]]\nG1 X#<z> F500", 1, "VP001 error", ">=: no operator here; did you mean GE?"),
+        ("#<y>=1\n#<z>=[#<y>> GT 2]\nG1 X#<z> F500", 1, "VP001 error", "#<y>>: the > is there twice; did you mean"),
         ("#<z>=[#<_a>>*2]\nG1 X#<z> F500", 0, "VP001 error", "#<_a>>: the > is there twice; did you mean #<_a>?"),
         (
             "oh<ole> sub\nG1 X#<q> F500\no<hole> endsub",

@@ -43,6 +43,13 @@ _LETTER_OF_DIGIT: Final = re.compile(
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
 #: T beside axes in place of G, whose key is beside: codes that stand there as a rule.
 _T_FOR_G: Final = re.compile(r"T(4[0139]|49|80|9[01])(?![\d.])", re.IGNORECASE)
+#: T and a number with a point, in place of Y, whose key is beside; a word of Y.
+_T_FOR_Y: Final = re.compile(r"T(\d{1,4}\.\d{0,4})(?![\d.])", re.IGNORECASE)
+_Y: Final = re.compile(r"(?<![A-Z_#<])Y[ \t]*[-+.\d#\[]", re.IGNORECASE)
+#: What is said of a corner where none can be, or of a cycle whose R is taken for one; the column is none of it.
+_LIKE_COMMA: Final = re.compile(r",[RC] must follow|G\d\d needs R,")
+#: A whole number and a comma that stands for its point, before a word that would be the corner of a contour.
+_COMMA: Final = re.compile(r"((?<![A-Z_#<])[XYZ][-+]?\d{1,9}),[ \t]*([RC]\d{0,9}\.?\d{0,9})", re.IGNORECASE)
 _CHANGE_OR_NO_AXIS: Final = re.compile(r"[^(]*M0*6(?!\d)|[^(XYZAC]*(?:\(|$)", re.IGNORECASE)
 #: A tool, and a 6 that has lost its M.
 _CHANGE_WITHOUT_M: Final = re.compile(r"(T\d{1,4})[ \t]+(0?6)(?![\d.])", re.IGNORECASE)
@@ -128,6 +135,17 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
         message += f"; {right}{MAY_BE_MEANT}"
         edits = propose_words(item, match[0], [right])
         return replace(item, code="VP001", message=message, edits=edits, settled_by=())
+    if item.code == "VP012" and (match := _T_FOR_Y.match(text, (item.column or 1) - 1)) and not _Y.search(text):
+        right = f"Y{match[1]}"
+        message = f"{match[0]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}"
+        message = message.split("; did you mean ")[0]  # another tool
+        others = (replace(one, is_choice=True) for one in item.edits)
+        return replace(item, message=message, edits=(*propose_words(item, match[0], [right]), *others))
+    if _LIKE_COMMA.match(item.message) and (match := _COMMA.search(text)):
+        right = f"{match[1]}. {match[2]}"
+        message = f"{match[0]}: a comma in place of the point; did you mean {right}?"
+        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[0])
+        return replace(item, code="VP001", message=message, column=match.start() + 1, edits=(edit,))
     if item.code == "VP012" and (match := _T_FOR_G.match(text, (item.column or 1) - 1)):
         if _CHANGE_OR_NO_AXIS.match(text):
             return None

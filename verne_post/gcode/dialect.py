@@ -35,6 +35,8 @@ class Dialect(Struct, frozen=True):
     names_axis: Callable[[Text, str, Setup], bool]
     #: Of files whose text is of this dialect where no dialect recognises it, in lower case.
     endings: tuple[str, ...] = ()
+    #: Whether a text in such a file is of this dialect in spite of a first line that another one recognises.
+    has_title: Callable[[Text], bool] = lambda _source: False
     rival: Rival | None = None  #: Might read a text that this one has recognised.
     #: Pattern of the word that asks for inches, as its first group, and the word for mm, which
     #: may name further groups; None where it has none.

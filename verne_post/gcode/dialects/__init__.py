@@ -46,7 +46,8 @@ def find_dialect_name(name: str, source: Text, source_name: str) -> str:
     """The name of the dialect that is named, or that the text or the file's ending shows; empty where nothing does."""
     if name != _AUTO:
         return name
-    by_text = (dialect_name for dialect_name, dialect in DIALECTS.items() if dialect.recognise(source))
     name_alone = _VERSION.sub("", source_name.lower())
-    by_ending = (dialect_name for dialect_name, dialect in DIALECTS.items() if name_alone.endswith(dialect.endings))
-    return next(by_text, next(by_ending, ""))
+    endings = [(one, dialect) for one, dialect in DIALECTS.items() if name_alone.endswith(dialect.endings)]
+    by_title = (one for one, dialect in endings if dialect.has_title(source))
+    by_text = (dialect_name for dialect_name, dialect in DIALECTS.items() if dialect.recognise(source))
+    return next(by_title, "") or next(by_text, "") or next((one for one, _dialect in endings), "")

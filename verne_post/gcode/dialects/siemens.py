@@ -43,6 +43,8 @@ _OTHERS: Final = re.compile(
     rb"|PRINT),|GOTO[ \t]*/|PARTNO",
     re.IGNORECASE | re.MULTILINE,
 )
+#: A first line of % and a name, as Fanuc programs have too.
+_TITLE: Final = re.compile(rb"%[ \t]*(?!O[ \t]*\d)[A-Z][^\n]*\n", re.IGNORECASE)
 _COMMENT: Final = re.compile(rb";(?![ \t]*\$PATH=)[^\n]*|(?<![A-Za-z_])\([^()\n]*\)")
 
 
@@ -57,6 +59,15 @@ def _recognise(source: Text) -> bool:
     if _OTHERS.search(head) is not None:
         return len(_OWN.findall(code)) > _FEW_OWN and len(_OTHERS.findall(head)) == 1
     return _OWN.search(code) is not None or len(_OWN_BY_A_SLIP.findall(code)) > len(_CODES_OF_OTHERS.findall(code))
+
+
+def _has_title(source: Text) -> bool:
+    """A first line of % and a name, and nothing of other controls near the top."""
+    head = source[: 1 << 16]
+    if (title := _TITLE.match(head)) is None:
+        return False
+    rest = b"\n".join(head[title.end() :].split(b"\n")[:_HEADER_LINES])
+    return not (_OTHERS.search(rest) or _CODES_OF_OTHERS.search(_COMMENT.sub(b"", rest)))
 
 
 def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
@@ -80,4 +91,6 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     return any(pattern.search(re.sub(rb";[^\n]*", b"", text)) for text in texts)
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, make_initial_state, _execute, _names_axis, (".mpf", ".spf"), inch=_INCH)
+DIALECT: Final[Dialect] = Dialect(
+    _recognise, make_initial_state, _execute, _names_axis, (".mpf", ".spf"), has_title=_has_title, inch=_INCH
+)

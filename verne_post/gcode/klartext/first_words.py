@@ -258,8 +258,10 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if (joined_text := re.match(r"([A-Z]{2,})(?=[-+]?[\d.])", first)) and joined_text[1] in STATEMENTS:
         right = f"{joined_text[1]} {first[joined_text.end() :]}"
         return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
+    # LX +5, LM 8 and LI Y+2; before a whole word, the first one is a path function with a slip, as LM X-30
     if moved_blank := re.match(
-        r"([LC])(I?[XYZABC]|M|I(?=[ \t]+[XYZABC]))[ \t]+([XYZABC]?[-+]?\d[\d.,]*)", text[begin:]
+        r"([LC])(I?[XYZABC](?=[ \t]+[-+\d])|M(?=[ \t]+\d)|I(?=[ \t]+[XYZABC]))[ \t]+([XYZABC]?[-+]?\d[\d.,]*)",
+        text[begin:],
     ):
         right = f"{moved_blank[1]} {moved_blank[2]}{moved_blank[3]}"
         return ProgramError(

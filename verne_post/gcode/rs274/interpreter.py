@@ -364,6 +364,12 @@ class Rs274(Language):
         ):
             block.codes.remove(inverse)  # so that no line after it lacks its inverse time
             raise ProgramError("VP006", f"G93 takes no {', '.join(unused_letters)}; did you mean G83?", inverse[2])
+        pocket = next((code for code in block.codes if code[:2] in (("G", 12.0), ("G", 13.0))), None)
+        if pocket is not None and {"X", "Y"} & block.words.keys() and {"J", "R"} & {*unused_letters}:
+            right = f"G{pocket[1] - 10:g}"
+            text = f"G{pocket[1]:g}: a round pocket takes no place and no J or R; did you mean {right}?"
+            edits = (Remedy(f"write {right}", right, way="marked"),)
+            raise ProgramError("VP006", text, pocket[2], edits=edits)
         for letter in unused_letters:
             text = f"nothing in the block uses {letter}{block.words[letter]:g}"
             if letter in "IJK" and not block.codes and {"X", "Y", "Z"} & block.words.keys():
