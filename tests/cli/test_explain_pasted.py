@@ -177,6 +177,81 @@ def test_a_line_that_nothing_reads_names_the_word_that_stopped_it(
     assert f"column {column}: {said}" in " ".join(answer.err.split())
 
 
+@pytest.mark.parametrize(
+    ("written", "name"),
+    [
+        *(("SPA+20", "SPA"), ("spb-10", "SPB"), ("LEN5", "LEN"), ("PR+5", "PR"), ("IPA+30", "IPA"), ("TX+0.1", "TX")),
+        *(("IPR+2", "IPR"), ("CCA90", "CCA"), ("DR-0.1", "DR"), ("MB50", "MB"), ("REP3", "REP"), ("SCL0.5", "SCL")),
+        *(("TA0.5", "TA"), ("NUMX3", "NUMX"), ("RI10", "RI"), ("DX+5", "DX"), ("TIME 3", "TIME"), ("LA5", "LA")),
+        *(("CR=-5", "CR"), ("TURN=2", "TURN"), ("SPOS=90", "SPOS"), ("ADIS=0.1", "ADIS"), ("CHF=1", "CHF")),
+        *(("RAPTO,3", "RAPTO"), ("RPM,2000", "RPM"), ("SQRT[4]", "SQRT"), ("P1X+0", "P1X"), ("R[1]=5", "R1")),
+    ],
+)
+def test_a_word_with_its_value_is_told_as_its_name(run: Callable[..., Any], written: str, name: str) -> None:
+    """It was unknown, and another word was proposed: SUPA for SPA+20."""
+    answer = run("explain", written)
+    assert answer.code == 0
+    head, *rows = answer.out.splitlines()
+    assert head == written.upper() and head not in [row.strip() for row in rows]
+    said = [row.strip() for row in rows]
+    shown = [text for text in describe_word(name) if any(row.endswith(text.split(": ", 1)[-1]) for row in said)]
+    assert shown, (said, describe_word(name))
+
+
+@pytest.mark.parametrize(
+    ("word", "rows"),
+    [
+        ("IX-3.5", ["  Klartext: axis X goes on by -3.5 mm (inch, where BEGIN PGM says so)"]),
+        ("IC+90", ["  Klartext: axis C goes on by 90 degrees"]),
+        ("Z-5,2", ["  Klartext: axis Z goes to -5,2 mm (inch, where BEGIN PGM says so)"]),
+        ("FAUTO", ["  Klartext: the feed rate of TOOL CALL"]),
+        ("MB MAX", ["  Klartext: retracts to the end of the travel"]),
+        ("Q200=AUTO", ["  Klartext: clearance, in the unit of the program"]),
+        (
+            "DIST+50",
+            [
+                "  Klartext: how far before the tip the point is that stays on the part, mm",
+                "  Klartext, in BLK: height of the datum over its upper face",
+            ],
+        ),
+        (
+            "X=IC(5)",
+            [
+                "  Siemens: axis X goes on by 5 mm (inch under G70)",
+                "  IC",
+                "    Siemens: this value is incremental: X=IC(5)",
+            ],
+        ),
+    ],
+)
+def test_one_word_is_told_below_its_heading(run: Callable[..., Any], word: str, rows: list[str]) -> None:
+    assert run("explain", word).out.splitlines() == [word, *rows]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("G64 P", "RS274/NGC, Fanuc: how far corners may be rounded"),
+        ("G68.2 I", "RS274/NGC, Fanuc: angle of the tilted plane: I degrees; under P3 a direction"),
+        ("M98 P", "RS274/NGC, Fanuc: number of the subprogram"),
+        ("G4 F", "Siemens: dwell: F s"),
+        ("BLK", "Klartext, BLK FORM: the stock, a box or a cylinder"),
+        ("TCOFR", "Siemens: not executed: frames of tool carriers"),
+        ("C+Q122", "Klartext: the angle of C that PLANE or cycle 19 has computed"),
+        ("SPA+20 SPB+0 TURN FMAX", "Klartext: angle of the plane about Y, degrees"),
+    ],
+)
+def test_parts_of_lines_are_told(run: Callable[..., Any], words: str, said: str) -> None:
+    answer = run("explain", words)
+    assert answer.code == 0 and said in answer.out
+
+
+@pytest.mark.parametrize("words", ["SPAA+20", "DISTT50", "RL5", "5", "G1 M", "FOO P", "L X", "X+10 5", "G1 X10 Y"])
+def test_what_no_language_has_stays_unknown(run: Callable[..., Any], words: str) -> None:
+    answer = run("explain", words)
+    assert answer.code == 2 and not answer.out
+
+
 def test_lines_of_samples_are_read_in_their_own_language() -> None:
     samples = Path(__file__).resolve().parents[2] / "gcode_samples"
     names = {

@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Iterable
+from itertools import takewhile
 from typing import Any, Final
 
 import click
@@ -48,7 +49,7 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
 
     CODE (VP102) prints meaning, example, importance, remedy, response, parameters and related codes.
 
-    WORD (G68.2, TRAORI, "CYCL DEF 208") prints how each language uses the word. A line of a program ("G1 X10 F500")
+    WORD (G68.2, SPA+20, "CYCL DEF 208") prints how each language uses the word. A line of a program ("G1 X10 F500")
     prints each of its words.
 
     \b
@@ -94,6 +95,9 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
                 known = describe_pasted(what)
             except UnreadWord as error:
                 stop = error
+            if known and known[0].upper() == " ".join(what.upper().split()):  # one word: its texts are below the head
+                own = list(takewhile(lambda line: line.startswith(" "), known[1:]))
+                known = [*(line.strip() for line in own), *known[1 + len(own) :]]
         if known:
             if (letters := _find_letters(given)) is not None:
                 known = [name_axes(line, letters) for line in known]

@@ -162,9 +162,14 @@ def describe_word(word: str) -> list[str]:
             for head, words in WORDS_OF_STATEMENTS.items()
             if name in words
         ]
-    # else a statement with words that its table lists
+    # else the first word of statements, or a statement with words that its table lists
     return (
         found
+        or [
+            f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
+            for language, known_word, text, is_executed in list_words()
+            if known_word.startswith(f"{name} ")
+        ]
         or [
             f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
             for language, known_word, text, is_executed in list_words()

@@ -7,7 +7,7 @@ A value that is computed is not known here: only the program, and the place of t
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from types import MappingProxyType
 from typing import Final, NamedTuple
@@ -96,6 +96,14 @@ _OF: Final = " of "
 _MAY_HAVE_VALUES: Final = re.compile(r"\(|\bCYCL[ \t]+DEF\b", re.IGNORECASE)
 
 
+#: A word, and a letter without its value: G64 P.
+_WITH_BARE_LETTER: Final = re.compile(r"[ \t]*[A-Z]+[\d.]*[ \t]+[A-Z][ \t]*", re.IGNORECASE)
+#: Of a value whose statement would say what it is.
+_SAYS_NOTHING: Final = re.compile(r"a value of |its value$")
+#: Letters of Siemens that mean the same beside most words.
+_BARE_OF_SIEMENS: Final = (*"XYZABCFSIJK",)
+
+
 #: What is passed as one word where it is not read.
 _UNREAD: Final = r"[$#]?[A-Z_]+[-+\d.]*|[$#]+|[-+\d.]+|."
 
@@ -137,6 +145,7 @@ class _Reader:
         self.texts = {**_list_texts(dialect), **{code: f'"{meaning}", says [remap]' for code, meaning in remap.items()}}
         self.statement: str | None = None  #: Of Klartext, once its own words have been read.
         self.told_names = set[str]()  #: Variables, functions and operators that need not be told again.
+        self.takes_bare_letter = False  #: The last letter has no value: what it would say is asked.
         self.is_doubtful = False  #: A name of the program's own is assumed, which other languages do not need.
         self._pass_blanks()
 
@@ -220,7 +229,8 @@ class _Reader:
             return "a variable with a name; one whose name begins with _ is of the whole program"
         if text := describe_variable(name).get(self.language, ""):
             return text
-        letters = re.fullmatch(r"(R|Q[LRS]?|#)\d+", name)
+        is_index = self.dialect == "siemens"  # R[1] is R1
+        letters = re.fullmatch(rf"(R|Q[LRS]?|#)\d{'*' if is_index else '+'}", name)
         return "" if letters is None else OF_NAMES[self.language].get(letters[1], "")
 
     def add_address(self, match: re.Match[str], name: str, value: str, text: str) -> None:
@@ -229,6 +239,10 @@ class _Reader:
         self.words.append(Word(*match.span(), name, text if is_known else f"{text}{_OF_COMPUTED_VALUE}", value))
         if not _IS_NUMBER.fullmatch(value):
             self.name_parts(match.end() - len(value), match.end())
+
+    def add_bare_letter(self, match: re.Match[str], text: str) -> None:
+        """A letter without its value, which its own letter stands for."""
+        self.words.append(Word(*match.span(), match[0], text, match[0]))
 
     def list_words(self) -> list[Word]:
         """The words in their order; a letter as what it means beside the codes of its line."""
@@ -305,15 +319,11 @@ def describe_pasted(line: str) -> list[str]:
     UnreadWord
         No language can read the whole line.
     """
-    readers, stops = list[_Reader](), list[UnreadWord]()
-    for dialect, read in _READERS.items():
-        reader = _Reader(line, dialect)
-        try:
-            read(reader)
-        except UnreadWord as stop:
-            stops.append(stop)
-        else:
-            readers.append(reader)
+    readers, stops = _read_in_all(line)
+    if not readers and _WITH_BARE_LETTER.fullmatch(line):
+        readers, _ = _read_in_all(line, takes_bare_letter=True)
+    if not {"heidenhain", "aptcl"} & {one.dialect for one in readers}:
+        readers += _read_alone(line, is_read=bool(readers))
     readers = [one for one in readers if not one.is_doubtful] or readers
     if not readers and stops:
         last = max(stops, key=lambda stop: stop.column)
@@ -330,6 +340,54 @@ def describe_pasted(line: str) -> list[str]:
     for (begin, end), texts in sorted(found.items()):
         lines += [" ".join(line[begin:-end].split()), *(f"  {', '.join(of)}: {text}" for text, of in texts.items())]
     return lines
+
+
+def _read_in_all(line: str, *, takes_bare_letter: bool = False) -> tuple[list[_Reader], list[UnreadWord]]:
+    """A line in the languages that read it, and where the others stop."""
+    readers, stops = list[_Reader](), list[UnreadWord]()
+    for dialect, read in _READERS.items():
+        reader = _Reader(line, dialect)
+        reader.takes_bare_letter = takes_bare_letter
+        try:
+            read(reader)
+        except UnreadWord as stop:
+            stops.append(stop)
+        else:
+            readers.append(reader)
+    return readers, stops
+
+
+def _read_alone(line: str, *, is_read: bool) -> Iterator[_Reader]:
+    """A word with its value that begins no line, read as within its statements: SPA+20, SQRT[4], RAPTO,3.
+
+    Of Klartext also several, as after a ~, unless another language has read them (``is_read``).
+    """
+    told_texts = set[str]()
+    for dialect, read, heads in (
+        ("rs274", _read_function, ("",)),
+        ("fanuc", _read_function, ("",)),
+        ("heidenhain", _read_klartext_words, tuple(WORDS_OF_STATEMENTS)),
+        ("aptcl", _read_apt_words, tuple(apt.WORDS_OF) if "," in line else ()),
+    ):
+        for head in heads:
+            reader = _Reader(line, dialect)
+            try:
+                read(reader, head)
+            except UnreadWord:
+                continue
+            words = reader.list_words()
+            if not words or words[0].text in told_texts or any(_SAYS_NOTHING.match(word.text) for word in words):
+                continue
+            first = words[0]
+            if dialect == "heidenhain":
+                if first.end < len(reader.code) and (is_read or head not in ("*", "PLANE")):
+                    continue  # several words
+                if told_texts:  # what its value is of has been told
+                    reader.words = [word for word in reader.words if word.begin == first.begin]
+                told_texts.add(first.text)
+            is_general = head in ("", "*") or first.text == OF_NAMES.get(reader.language, {}).get(first.name)
+            reader.language += "" if is_general else f", in {head}"
+            yield reader
 
 
 def find_words(
@@ -426,8 +484,17 @@ def _read_macro(r: _Reader) -> None:
             text = of_polar.get(match[1]) or letters.get(match[1], "number that the code of the block takes")
             text = letters.get("".join(match[0].split()), text)  # D0
             r.add_address(match, match[1], match[2], text)
+        elif r.takes_bare_letter and (match := r.take(rf"[{''.join(name for name in letters if name.isalpha())}]$")):
+            r.add_bare_letter(match, letters[match[0]])
         else:
             raise r.refuse("a letter with a value such as X1.5, a G or M code, or #1=2")
+
+
+def _read_function(r: _Reader, _head: str) -> None:
+    """A function of RS274/NGC or Fanuc with its value."""
+    if not re.compile(_MACRO_FUNCTION).fullmatch(r.code, r.at):
+        raise r.refuse("a function with its value")
+    _take_macro_value(r)
 
 
 def _take_macro_value(r: _Reader) -> None:
@@ -523,6 +590,9 @@ def _read_call(r: _Reader, match: re.Match[str]) -> None:
 def _read_bare(r: _Reader, match: re.Match[str]) -> None:
     """A word without a value, and what belongs to it: a label, a condition, a declaration."""
     name = match[0]
+    if r.takes_bare_letter and r.is_at_end and name in _BARE_OF_SIEMENS:
+        r.add_bare_letter(match, siemens.ADDRESSES[name])
+        return
     text = r.texts.get(name, "")
     needs_value = (*siemens.ADDRESSES, *siemens.VALUE_MODES, *OF_EXPRESSIONS["Siemens"])
     if not text or (name in needs_value and name != "M1"):
@@ -790,11 +860,15 @@ def _read_apt(r: _Reader) -> None:
         raise r.refuse("a statement of CL files such as GOTO/1,2,3", None if major is None else major.start())
     r.add(major, text)
     r.take("/")
-    own = apt.WORDS_OF.get(name, {})
     if name in (*free, *apt.REMARKS, *apt.WITHOUT_EFFECT, *apt.REFUSED_WORDS, "TOOL PATH", "TOOLNO"):
         r.take_word(r".+", "its text")
         return
-    last = name
+    _read_apt_words(r, name)
+
+
+def _read_apt_words(r: _Reader, name: str) -> None:
+    """What may follow the slash of a statement."""
+    own, last = apt.WORDS_OF.get(name, {}), name
     while not r.is_at_end:
         if r.take_word(r"\$\$.*", _REMARK) or r.take_word(r"\$.*", "the statement goes on in the next line"):
             continue

@@ -296,7 +296,8 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("TOROT", "TOROTX", "TOROTY", "TOROTZ", "TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ"),
                     "a frame along the tool, whose X and Y SD42980 of the control chooses; write TRANS and AROT, or "
                     "CYCLE800"),
-    **dict.fromkeys(("PAROT", "TCARR", "TCOFRX", "TCOFRY", "TCOFRZ"), "frames of tool carriers; write CYCLE800 or ROT"),
+    **dict.fromkeys(("PAROT", "TCARR", "TCOFR", "TCOFRX", "TCOFRY", "TCOFRZ"),
+                    "frames of tool carriers; write CYCLE800 or ROT"),
     **dict.fromkeys(("ROTS", "AROTS", "CROTS", "CFINE", "MEAFRAME", "SETPA", "RPLA"),
                     "a frame in this form; write TRANS, ROT or CYCLE800"),
     **dict.fromkeys(("A2", "B2", "C2", "ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1", "ORIVIRT2"),
