@@ -935,6 +935,24 @@ def test_a_table_that_stays_tilted_after_what_tilted_it(tmp_path: Path, tilt, en
 
 
 @pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("CYCLE800()\nG0 Z90\nX9", [("VP043", 11)]),
+        ("CYCLE800()\nX9\nX7", [("VP043", 10)]),
+        ("CYCLE800()\nG0 Z90\nMCALL\nG1 X9 F500", [("VP043", 11), ("VP037", 13)]),
+        ("MCALL\nCYCLE800()\nG0 Z70\nMCALL CYCLE81(60,40,2,35)\nX9\nG0 Z90\nMCALL", [("VP037", 14), ("VP043", 15)]),
+    ],
+)
+def test_a_hole_of_a_forgotten_mcall_has_no_directions_of_its_own(tmp_path: Path, lines: str, told) -> None:
+    """VP037 of the hole that VP043 names had the same cause; other cuts there keep theirs."""
+    head = "G17 G54 G64 G90 G94 G710\nT1 D1\nM6\nS900 M3 F200\nG0 A0 C0\nG0 X0 Y0 Z80\n"
+    text = f"{head}{SWIVEL}\nMCALL CYCLE81(30,0,2,-5)\nG0 X5 Y0\n{lines}\nG0 A0 C0\nM30\n"
+    (tmp_path / "p.mpf").write_text(text)
+    found = vp.check(tmp_path / "p.mpf", "verne", vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 40)})).findings
+    assert sorted((one.code, one.line) for one in found if one.code in ("VP037", "VP043")) == sorted(told)
+
+
+@pytest.mark.parametrize(
     ("between", "line"),
     [
         ("G49\nG43.4 H1 G0 A0. C0.", 12),

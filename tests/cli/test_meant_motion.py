@@ -1,6 +1,7 @@
 """A motion that is refused because the table was left turned: the words that turn it back, and no other place."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -117,6 +118,50 @@ def test_what_the_turn_leaves_is_said(run: Callable[..., Any]) -> None:
     (told,) = refused["remedies"]
     assert told.startswith("A0 C0 before line 10 comes first, because the table stands at A-90 C-180")
     assert told.endswith("with it VP210 of line 13 is left")
+
+
+PLANE_LOW = """%
+O1
+G00 G17 G21 G40 G49 G69 G80 G90 G94
+T1 M06
+S8000 M03
+G00 A0. C0.
+G43 H1 G0 X0. Y250. Z100.
+G68.2 X0. Y0. Z0. I0. J30. K0.
+G53.1
+G0 X0 Y0
+G1 Z30. F500.
+G0 Z100.
+X5. Y500.
+G69
+M98 P100 L2
+M30
+O100
+G0 X-20. Y300.
+M99
+%
+"""
+
+
+@pytest.mark.parametrize(
+    ("program", "first"),
+    [
+        (PLANE_LOW, "A0 C0 before line 18 comes first, because the head stands at A30 C0"),
+        (PLANE_LOW.replace("X5. Y500.\n", ""), "not tried: correct VP037 of line 17 first: the program may mean"),
+    ],
+)
+def test_an_error_before_the_doubted_motion_is_given_an_offset(
+    program: str, first: str, run: Callable[..., Any]
+) -> None:
+    """The words that turn the head back did not help the plane before it, and nothing else was said there."""
+    setup = ("--machine", "ca_fork_head", "--tool-length", "80")
+    errors = _check(run, "f.nc", program, "--wcs", "G54=0,0,100", setup=setup)
+    meant, offset = next(item["remedies"] for item in errors if item["line"] == 10)
+    assert meant.startswith(first)
+    assert "move of the part" not in meant
+    place = re.search(r"within limits if the part is moved by .* \(then (G54 = [^)]*)\)", offset)
+    assert place
+    assert not _check(run, "f.nc", program, "--wcs", place[1].replace(" ", ""), setup=setup)
 
 
 TRAORI = """G17 G54 G90 G94 G710

@@ -309,6 +309,31 @@ def test_rows_of_another_program_are_called_so() -> None:
     assert not any(said in item.message for item in bump.findings)
 
 
+@pytest.mark.parametrize(("change", "said"), [(-1.0, "1.000 mm shorter"), (2.0, "2.000 mm longer")])
+def test_rows_for_another_tool_length_name_it(change: float, said: str) -> None:
+    """They had three symptoms and no cause; where the tool axis turns, no work offset makes them fit."""
+    source = program("G0 X0 Y0 Z40 A0 C0\nG1 X3 F3000\nA-10 C20\nY8 A-20 C30\nX0 A-15 C10\nG0 Z42")
+    assert OPTIONS.tool_length is not None
+    longer = OPTIONS.changed(tool_length=OPTIONS.tool_length + change)
+    told = [one.message for one in verify_rows(source, *made(source, longer)).findings if one.code == "VP411"]
+    assert any(f"fit a tool that is {said}, at every standstill: they were made with another" in text for text in told)
+    assert not any("work offset" in text for text in told)
+
+
+def test_rows_that_begin_aside_and_are_mostly_off_are_of_another_set_up() -> None:
+    """Without standstills, the vector is not known; rows that begin well and go wrong later are no such case."""
+    source = program("G0 X0 Y0 Z40 A0 C0\nG1 Y20 F3000\nX90\nY30", "G21 G90 G94 G17 G64 P0.01")
+    said = "the first row and most others do not fit: these are rows of another program, or were made with other"
+    values, line = made(source, OPTIONS.changed(wcs={1: WorkOffset((0.0, 3.0, 100.0))}))
+    base = OPTIONS.changed(wcs={1: WorkOffset((0.0, 0.0, 100.0))})
+    part = 3 * len(line) // 4
+    found = verify_rows(source, values[:part], line[:part], base).findings
+    assert [said in one.message for one in found if one.code == "VP411"] == [True]
+    late = made(source, base)[0].copy()
+    late[len(late) // 4 :, 1] += 0.01
+    assert not any(said in one.message for one in verify_rows(source, late, line, base).findings)
+
+
 def test_line_0_is_no_line_of_the_program() -> None:
     values, line = made(UPRIGHT)
     found = verify_rows(UPRIGHT, values, np.zeros_like(line)).findings

@@ -48,9 +48,10 @@ def find_meant_motion(source: Text, program: Program, findings: Sequence[Finding
         if (turn := _find_turn_back(source, program, item, at, doubts)) is not None:
             return turn
         if (doubt := next((one for one in doubts if _is_about_same_place(program, one, item, at)), None)) is not None:
+            text = f"{NOT_TRIED}correct {doubt.code} of line {doubt.line} first: the program may mean another motion"
+            begins_before = (item.line or 0) < (doubt.line or 0)
             return Remedy(
-                f"{NOT_TRIED}correct {doubt.code} of line {doubt.line} first: the program may mean another motion. "
-                "A move of the part does not help"
+                f"{text}{'' if begins_before else '. A move of the part does not help'}", line=doubt.line or 0
             )
     return None
 

@@ -106,10 +106,12 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
     meant = find_meant_motion(source, program, findings)
     can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
+    # errors that begin before the motion that is doubted are not of it alone
+    before = [item for item in movable if is_short and meant is not None and (item.line or 0) < (meant.line or 0)]
     in_inches = _find_mistaken_unit(source, program, errors)
     places: list[WorkOffset] = []
     farthest = FARTHEST_MM if in_inches is None else FAR_MM
-    found = _find_offset(source, program, movable, places, farthest) if can_help else None
+    found = _find_offset(source, program, movable, places, farthest) if can_help or before else None
     nothing = _say_no_offset(program.options, places)
     offset, distance = found or (None, np.inf)
     if in_inches is not None and distance > FAR_MM:
@@ -127,7 +129,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     made: list[Finding] = []
     for item in findings:
         if item in remedied and meant is not None:
-            item = dataclasses.replace(item, remedies=(meant.text,), edits=(meant,) if meant.value else ())
+            cures = (meant, offset) if offset is not None and item in before else (meant,)
+            edits = tuple(one for one in cures if one.value)
+            item = dataclasses.replace(item, remedies=tuple(one.text for one in cures), edits=edits)
         elif item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset or nothing))
             fixed_line = _find_line_in_machine(program, item)

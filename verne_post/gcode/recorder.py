@@ -220,9 +220,14 @@ class Recorder(Struct):
         if chain != (self.calls[-1].chain if self.calls else ()):
             self.calls.append(CallSpan(self.count, chain))
 
+    @property
+    def is_tcp_said(self) -> bool:
+        """Whether codes say in which directions X Y Z count."""
+        return len(self.tcp_changes) % 2 == 1
+
     def say_tcp(self, is_said: bool) -> None:
         """From the next move on, codes say in which directions X Y Z count, or no longer do."""
-        if is_said != len(self.tcp_changes) % 2:
+        if is_said != self.is_tcp_said:
             self.tcp_changes.append(self.count)
 
     def note_length_end(self, is_ended: bool) -> None:

@@ -15,9 +15,12 @@ from verne_post.verification.programmed import find_tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
+_OTHER: Final = "these are rows of another program, or were made with other options or set-up"
 #: Why nearly all rows of a file may be off, and what share of them that is.
-OTHER_ROWS: Final = "nearly no row fits: these are rows of another program, or were made with other options or set-up"
+OTHER_ROWS: Final = f"nearly no row fits: {_OTHER}"
 _NEARLY_ALL: Final = 0.9
+#: The share where the first row is off too, as it is not in a file that goes wrong later.
+_MOST: Final = 0.5
 
 
 class PathCheck:
@@ -32,10 +35,12 @@ class PathCheck:
         self.reference, self.coordinates, self.findings = reference, coordinates, findings
         #: tip_deviation, axis_deviation: The largest so far, mm and rad.
         self.tip_deviation, self.axis_deviation = 0.0, 0.0
-        # vectors (n, 3) from places of the program, where it stands, to rows that should be there
+        # vectors (n, 3) from places of the program, where it stands, to rows that should be there; tool axes (n, 3)
         self._aside: list[Array] = []
+        self._axes: list[Array] = []
         # rows so far, and those that are off their segment
         self._n, self._n_off = 0, 0
+        self._begins_aside = False  # the first row is not at the start pose
 
     def check(self, rows: MeasuredRows) -> None:
         """Check the next rows."""
@@ -44,6 +49,9 @@ class PathCheck:
         self.tip_deviation = max(self.tip_deviation, float(off.tip.max()))
         self.axis_deviation = max(self.axis_deviation, float(off.axis.max()))
         every = np.arange(len(rows.item))
+        if not self._n:
+            start = self.reference.path.first_pose[:3]
+            self._begins_aside = bool(measure_rows(rows.pose.tip[:1] - start)[0] > self.reference.exact_bounds[0])
         self._n, self._n_off = self._n + len(every), self._n_off + int((~off.within).sum())
         self._compare(rows, every, "tip", "mm", off.tip, off.tip_bound)
         self._compare(rows, every, "tool axis", "deg", off.axis / RAD_PER_DEG, angle_bound)
@@ -51,23 +59,40 @@ class PathCheck:
         self._check_standing(rows)
         if rows.item[-1] == len(self.reference.items.segment) - 1 and rows.line[-1]:
             self._aside.append(rows.pose.tip[-1:] - self.reference.path.end[-1, :3])
+            self._axes.append(rows.pose.axis[-1:])
 
     def finish(self) -> None:
-        """Say by which vector the tip is off where the program stands: nothing is wrong with such rows."""
+        """Say by which vector the tip is off where the program stands: nothing is wrong with such rows.
+
+        Where the tool axis turns, a constant distance along it tells another tool length from another work offset.
+        """
         bound, vectors = self.reference.exact_bounds[0], np.concatenate([np.empty((0, 3)), *self._aside])
-        usual = np.median(vectors, axis=0) if len(vectors) > 1 else np.zeros(3)
+        axes, n = np.concatenate([np.empty((0, 3)), *self._axes]), len(vectors)
+        along = (vectors * axes).sum(axis=1)
+        usual, longer = (np.median(vectors, axis=0), float(np.median(along))) if n > 1 else (np.zeros(3), 0.0)
         alike = int((np.abs(vectors - usual) <= bound).all(axis=1).sum())
-        if measure_rows(usual[None])[0] > 2.0 * bound and 2 * alike > len(vectors):
+        alike_along = int((np.abs(vectors - longer * axes) <= bound).all(axis=1).sum())
+        fits = max(alike, alike_along)
+        where = "at every standstill" if fits == n else f"at {fits} of {n} standstills"
+        if 2 * fits <= n or max(abs(longer), measure_rows(usual[None])[0]) <= 2.0 * bound:
+            if self._n_off > _NEARLY_ALL * self._n:
+                self.findings.explain("VP411", OTHER_ROWS)
+            elif self._begins_aside and self._n_off > _MOST * self._n:
+                self.findings.explain("VP411", f"the first row and most others do not fit: {_OTHER}")
+        elif alike_along > alike:
+            self.findings.explain(
+                "VP411",
+                f"the rows fit a tool that is {abs(longer):.3f} mm {'longer' if longer > 0 else 'shorter'}, {where}: "
+                "they were made with another tool length",
+            )
+        else:
             aside = turn_to_setup(self.coordinates, usual)
             vector = " ".join(f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", aside, strict=True))
-            where = "at every standstill" if alike == len(vectors) else f"at {alike} of {len(vectors)} standstills"
             reason = (
                 f"the tip is off by {vector} mm on the table {where}: the rows were made with another work offset, "
                 "tool length or set-up"
             )
             self.findings.explain("VP411", reason)
-        elif self._n_off > _NEARLY_ALL * self._n:
-            self.findings.explain("VP411", OTHER_ROWS)
 
     def _check_standing(self, rows: MeasuredRows) -> None:
         """Check the rows of dwells, and the first row after each standstill: that of the standstill itself."""
@@ -80,6 +105,7 @@ class PathCheck:
         # of a dwell its first row; an approach begins and ends at places of the machine
         begins = np.flatnonzero((rows.line[row] > 0) & np.isin(row, rows.entered_rows))
         self._aside.append((some.tip - pose[:, :3])[begins])
+        self._axes.append(some.axis[begins])
         tip_bound, angle_bound = (np.full(len(row), bound) for bound in self.reference.exact_bounds)
         where = "the place of the standstill"
         self._compare(rows, row, "tip", "mm", measure_rows(some.tip - pose[:, :3]), tip_bound, where)

@@ -177,7 +177,11 @@ class Executor:
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
         to, end = self.interpreter, f"{_END_MODAL} before"
-        to.core.watcher.report_new_plane(to.state, _name_modal(call), end, "MCALL")
+        watcher, recorder = to.core.watcher, to.recorder
+        watcher.report_new_plane(to.state, _name_modal(call), end, "MCALL")
+        is_said = recorder.is_tcp_said
+        # in what directions a hole that is not meant would be cut is no question of its own (VP037)
+        recorder.say_tcp(is_said or _name_modal(call) in watcher.told_lines)
         try:
             if call.name in MODAL_MILLING:
                 self.milling.run(call, line, is_modal=True)
@@ -190,10 +194,12 @@ class Executor:
                 error.column = None
             # the cycle does not belong here: it was to end before, and is taken as ended; not where the plane is wrong
             if error.code == "VP017" and not (error.cause or error.of_value):
-                watcher, otherwise = self.interpreter.core.watcher, "before this motion if it is no place of it"
+                otherwise = "before this motion if it is no place of it"
                 watcher.explain(error, _name_modal(call), _END_MODAL, line, otherwise)
                 self.modal = None
             raise
+        finally:
+            recorder.say_tcp(is_said)
 
     @property
     def modal(self) -> Call | None:
