@@ -79,6 +79,12 @@ def curves_of_page(data: dict[str, Any]) -> Curves:
     }
 
 
+def _list_legend(panel: Any) -> tuple[list[Any], list[Any]]:
+    """Names and lines."""
+    legend = panel.get_legend()
+    return legend.get_texts(), legend.get_lines()
+
+
 def curves_of_picture(figure: Any) -> Curves:
     found: Curves = {}
     names = [column.joint for column in MACHINE.columns]
@@ -86,6 +92,8 @@ def curves_of_picture(figure: Any) -> Curves:
     for panel, (order, joints) in zip(
         drawn, ((0, names[:3]), (0, names[3:]), (1, names), (2, names), (3, names)), strict=True
     ):
+        shown = {text.get_text(): line.get_color() for text, line in zip(*_list_legend(panel), strict=True)}
+        assert shown == {name: f"C{names.index(name)}" for name in joints}  # one colour for a joint in all panels
         for line, name in zip(panel.lines, joints, strict=True):
             found[name, order] = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
     return found

@@ -15,9 +15,9 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import choose_dialect_name, find_dialect_name
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Event, find_tool_of_moves
+from verne_post.model.part_setup import choose_number_or_name
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.setpoints import SetpointFormat
-from verne_post.model.part_setup import choose_number_or_name
 from verne_post.model.summary import Part, StopsWithin, Summary
 from verne_post.model.verification import NO_LIMIT_NEAR, Verification
 from verne_post.model.vibration import Shaped
