@@ -36,6 +36,8 @@ _TOLD: Final = (
     *("start position", "set-up", "assumed", "tool length", "work offset", "operator"),
     *("NOT CHECKED", "kept out of"),
 )
+#: A place with more characters needs two columns of the sheet.
+_LONG_PLACE: Final = 30
 #: So many rows of tools, offsets, fixtures and actions leave room for a finding on one page, some rows in two lines.
 _SHEET_ROWS: Final = 16
 #: Of a diameter.
@@ -98,7 +100,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
             wide=True,
             note=f"The part zero, from {machine.coordinates.zero_point}." if offsets else "",
         ),
-        _write_titled_table("Fixtures and stock", ("name", "in", "x, y, z, mm"), _list_bodies(study), named=True),
+        _write_titled_table(
+            "Fixtures and stock",
+            ("name", "in", "x, y, z, mm"),
+            bodies := _list_bodies(study),
+            named=True,
+            wide=any(len(place) > _LONG_PLACE for _name, _system, place in bodies),
+        ),
     ]
     if not read:
         return "".join(parts)
