@@ -13,7 +13,7 @@ PAGE = Path(__file__).with_name("api.md")
 HEAD = """# Python API
 
 `verne_post` converts, checks, verifies and explains programs in Python: each function does what the command of its name
-does, and its result has the findings, the rows and the times.
+does (`make_report` does what the command `report` does), and its result has the findings, the rows and the times.
 
 ```python
 from pathlib import Path

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import verne_post as vp
+
 PROGRAM = """G21 G90 G17 G54 G64
 T1 M6
 S5000 M3
@@ -127,3 +129,28 @@ def test_a_restart_has_its_events_from_the_beginning(job: Path, run: Callable[..
     assert begin == [("tool", 13), ("spindle", 13)]
     assert events[1]["direction"] == "counterclockwise"
     assert all(one["line"] >= 13 for one in events)
+
+
+@pytest.mark.parametrize("number", [None, 7])
+def test_a_tool_with_only_a_name_has_no_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any], number: int | None
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    change = 'T="{}"\nM6\nS5000 M3\nG0 X0 Y0 Z10\nG1 X20 F500\n'
+    Path("p.mpf").write_text(f"G17 G90 G54\n{change.format('EM_10')}M0\n{change.format('EM_20')}M30\n")
+    given = "" if number is None else f", number = {number}"
+    lengths = f"EM_10 = {{ length = 90, diameter = 10 }}\nEM_20 = {{ length = 110, diameter = 20{given} }}\n"
+    Path("p.mpf.toml").write_text(f"split_at_stops = true\n[tools]\n{lengths}[wcs]\nG54 = [0, 0, 60]\n")
+    assert run("convert", "p.mpf", "-o", "o.csv", "--events", "e.json").code == 0
+    expected = [(None, "EM_10"), (number, "EM_20")]
+    events = json.loads(Path("e.json").read_text())["events"]
+    assert [(one["number"], one["name"]) for one in events if one["kind"] == "tool"] == expected
+    index = json.loads(Path("o.index.json").read_text())
+    every = [*index["before"], *(event for part in index["parts"] for event in part["then"])]
+    assert [(one["number"], one["name"]) for one in every if one["kind"] == "tool"] == expected
+    assert run("verify", "o.index.json", "--against", "p.mpf").code == 0
+    result = vp.convert(Path("p.mpf"))
+    assert result.summary is not None
+    assert result.summary.tools == (("EM_10", 90.0), (number or "EM_20", 110.0))
+    said = 'tool "EM_10": 90 mm, tool ' + (f'{number} "EM_20"' if number else '"EM_20"') + ": 110 mm"
+    assert said in " ".join(str(result.summary).split())

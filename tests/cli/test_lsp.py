@@ -242,6 +242,9 @@ def test_hover_of_a_key_says_what_it_holds(client: Client, tmp_path: Path) -> No
     assert hover(client, uri, 1, 1).startswith("**wcs**: work offsets by system: [x, y, z] in mm, or [x, y, z, turn]")
     assert hover(client, uri, 4, 20).startswith("**tools.3.diameter**: mm, of the cutter; a number: 0 to ")
     assert hover(client, uri, 4, 20).endswith("; default: 0.0")
+    assert hover(client, uri, 4, 6) == (
+        "**tools.3.length**: mm from the gauge line to the tip; a number: 0 to 10000, or measure"
+    )
     place = {"line": 2, "character": 19}
     assert client.ask("textDocument/hover", textDocument={"uri": uri}, position=place) is None
     offered = {one.word: one.meaning for one in complete_key(tmp_path / "part.nc.toml", "[tools]\n3 = { ", 1, 6)}
@@ -770,6 +773,16 @@ POSTED = {
         "0 BEGIN PGM H1 MM\n1 ; CAM\n2 * - DRILLING\n3 ; T1 DRILL\n4 TOOL CALL 1 Z S5000\n5 L X+0 Y+0 Z+120 FMAX\n"
         "6 L X+9 FMAX\n7 M30\n8 END PGM H1 MM\n",
         [("1 (DRILL)", 2, 9, [("DRILLING", 2, 9)])],
+    ),
+    "e.h": (  # a remark about a tool, below its call or above, is no operation
+        "0 BEGIN PGM H1 MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n2 BLK FORM 0.2 X+9 Y+9 Z+0\n3 ; BALL MILL D6\n"
+        "4 TOOL CALL 1 Z S5000\n5 L X+0 Y+0 Z+120 FMAX\n6 TOOL CALL 2 Z S5000\n7 ; END MILL D12\n8 L X+9 Z+120 FMAX\n"
+        "9 ; FINE\n10 L X+5 FMAX\n11 ; T3 D=5 DRILL\n12 TOOL CALL 3 Z S5000\n13 L X+1\n14 END PGM H1 MM\n",
+        [
+            ("1 (BALL MILL D6)", 4, 5, []),
+            ("2 (END MILL D12)", 6, 11, [("FINE", 9, 11)]),
+            ("3 (D=5 DRILL)", 12, 15, []),
+        ],
     ),
     "c.nc": (
         "%\nO1003 (F3)\n(T1 D=12. CR=0. - FLAT END MILL)\n(T2 D=10. - DRILL)\nG90 G94 G17 G49\nT1 M6\nG54 G0 X0. Y0.\n"

@@ -89,6 +89,14 @@ def test_a_dwell_is_time_of_the_tool_that_waits() -> None:
         assert re.search(rf"T{one.tool} +{90 - 10 * one.tool} .* {one.seconds:.3f} ", text)
 
 
+def test_remarks_about_a_tool_are_no_operations() -> None:
+    """They stand beside the tool already; a remark about what it does is one."""
+    first = "(T1 D=10 END MILL)\nT1 M6\nG43\nG0 X0 Y0 Z0 A0 C0\nX20\n"
+    program = f"G21 G90\n{first}T2 M6\n(BALL MILL D6)\nG43\nX0\n(RIM)\nX5\nM2\n"
+    seen = study_of(program, split_at_stops=True, tool_length=None, tools={1: 80, 2: 70})
+    assert [(one.tool, one.name) for one in seen.operations] == [(1, ""), (2, ""), (2, "RIM")]
+
+
 def test_a_stop_is_time_of_the_tool_in_the_spindle() -> None:
     """The remark above it heads what the next tool does."""
     program = "G21 G90\n(ONE)\nT1 M6\nG43\nG0 X0 Y0 Z0 A0 C0\nX20\n(TWO)\nM9\nM0\nT2 M6\nG43\nG0 X0\nX5\nM2\n"

@@ -638,6 +638,30 @@ def test_no_line_ends_between_a_number_and_its_unit() -> None:
     assert not re.search(r"\d (?:%|mm|s|deg)\b", shown)
 
 
+def test_a_joint_has_one_colour_in_all_panels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And each panel has a legend, beside it, where it hides no curve."""
+    from verne_post.report import picture
+
+    kept: list[Any] = []
+    monkeypatch.setattr(picture, "picture", lambda figure, suffix: kept.append(figure) or b"")
+    text = b"G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F600\nM2\n"
+    picture.picture_of("a.nc", MACHINE, study(text, MACHINE, Options(tool_length=80.0)), ".png")
+    [figure] = kept
+    figure.draw_without_rendering()
+    panels = [panel for panel in figure.axes if panel.get_legend() is not None]
+    assert [len(panel.lines) for panel in panels] == [3, 2, 5, 5, 5]
+    colours: dict[str, set[str]] = {}
+    for panel in panels:
+        legend = panel.get_legend()
+        assert [one.get_color() for one in legend.get_lines()] == [line.get_color() for line in panel.lines]
+        assert legend.get_window_extent().x0 >= panel.get_window_extent().x1
+        for line in panel.lines:
+            colours.setdefault(line.get_label(), set()).add(line.get_color())
+    assert list(colours) == [column.joint for column in MACHINE.columns]
+    assert [len(each) for each in colours.values()] == [1] * 5
+    assert len(set.union(*colours.values())) == 5
+
+
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 def test_a_static_picture(tmp_path: Path, run: Callable[..., Any], suffix: str) -> None:
     import matplotlib.image

@@ -72,6 +72,8 @@ def test_no_stock_no_box():
 def test_the_sheet_has_the_stock_and_whether_it_is_checked(stock: Box | OwnStock | None, said: str) -> None:
     source = (SAMPLES / "two_faces.h").read_bytes()
     sheet = write_sheet_html("p.h", source, MACHINE, study(source, MACHINE, replace(OPTIONS, stock=stock)))
+    kind = re.findall('<div class="([^"]*)"><h3>Fixtures and stock</h3>', sheet)
+    assert kind == ["named wide" if isinstance(stock, OwnStock | None) else "named"]  # a long place has two columns
     cells = re.findall("<td>([^<]*)</td>", sheet.partition("<h3>Fixtures and stock</h3>")[2].partition("</table>")[0])
     system = "table" if isinstance(stock, Box) else "G54"
     assert cells == ["the stock" if isinstance(stock, Box) else "the stock of the program", system, said]

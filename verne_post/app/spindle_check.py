@@ -160,7 +160,7 @@ def check_kept_speed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
     """VP050: a tool cuts with the speed of the tool before, because no block has given S since it was loaded."""
     changes = [(at, event) for at, event in enumerate(moves.events) if event.kind == "tool"]
     ends = [*((at, event.before) for at, event in changes[1:]), (len(moves.events), math.inf)]
-    numbers = [0, *(int(str(event.data["number"])) for _at, event in changes)]
+    numbers = [0, *(event.tool for _at, event in changes)]
     for (at, event), (last, end), (before, number) in zip(
         changes, ends[: len(changes)], pairwise(numbers), strict=True
     ):
@@ -185,7 +185,7 @@ def check_kept_feed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
     ends = [*(event.before for event in changes), math.inf][1:]
     number = 0
     for event, end in zip(changes, ends, strict=True):
-        before, number = number, int(str(event.data["number"]))
+        before, number = number, event.tool
         cut = find_first_cut(path, event.before)
         if not before or number in (0, before) or not event.before <= cut < end:
             continue
@@ -278,11 +278,11 @@ def find_first_cut(path: ToolPath, first: int) -> int:
 def _list_stretches(events: Iterable[Event]) -> list[_Stretch]:
     """Stretches of one state of the spindle, in the order of the moves."""
     found = [_Stretch(0, _STANDS)]
-    tool = None
+    tool: int | None = None
     for event in events:
         before = found[-1]
-        if event.kind == "tool" and event.data["number"] != tool:  # the same tool again: controls may leave it turning
-            tool = event.data["number"]
+        if event.kind == "tool" and event.tool != tool:  # the same tool again: controls may leave it turning
+            tool = event.tool
             found.append(_Stretch(event.before, _NEVER if tool else _STANDS, event))
         elif event.kind == "spindle" and event.data["direction"] != "stop":
             if before.mode == _NEVER:

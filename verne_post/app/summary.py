@@ -15,6 +15,7 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import choose_dialect_name, find_dialect_name
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Event, find_tool_of_moves
+from verne_post.model.part_setup import choose_number_or_name
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.summary import Part, StopsWithin, Summary
@@ -186,7 +187,7 @@ def summarise(
         missed = missed or (int(path.line[begin + late[0]]) if len(late) else 0)
         move = path.move[begin:end]
         used.update(find_used(moves.frame[move[move >= 0]]).tolist())
-    lengths = list_tool_lengths(program)
+    lengths, names = list_tool_lengths(program), moves.name_tools()
     q_start = program.build_joint_path().find_joints(np.array([0]), np.array([0.0]))
     places, numbers = round_setpoints(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
@@ -226,8 +227,8 @@ def summarise(
         before=before,
         parts=parts,
         switched=program.restored,
-        tools=lengths.own,
-        carried=lengths.carried,
+        tools=tuple((choose_number_or_name(number, names), length) for number, length in lengths.own),
+        carried=tuple((choose_number_or_name(number, names), length) for number, length in lengths.carried),
         carried_lines=lengths.carried_lines,
         bare_lines=lengths.bare_lines,
         stock=moves.stock,

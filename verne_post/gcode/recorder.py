@@ -444,9 +444,9 @@ class Recorder(Struct):
         if share != 1.0:
             self.arc_feeds[rule] = self.arc_feeds.get(rule, ArcFeedUse(rule, 0, share, share)).count_arc(share)
 
-    def record_event(self, line: int, kind: str, **data: object) -> None:
+    def record_event(self, line: int, kind: str, *, tool: int = 0, **data: object) -> None:
         """Record an auxiliary function, a message, a stop or a call."""
-        self.events.append(Event(line, kind, self.count, data))
+        self.events.append(Event(line, kind, self.count, data, tool))
         self.lacks_feed |= kind == "tool"
 
     def note_feed(self, count: int | None = None) -> None:

@@ -50,7 +50,9 @@ def find_title(lines: Iterable[str], dialect: str) -> str:
     return make_printable(first)
 
 
-def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Set[int]) -> list[tuple[int, str]]:
+def list_heads(
+    lines: Iterable[str], dialect: str, moving: Set[int], changes: Set[int], of_tools: Set[int] = frozenset()
+) -> list[tuple[int, str]]:
     """List where operations begin: the line, from 0, and the remark that heads the operation, the first in a row, or
     a line of structure (``* -``) among them.
 
@@ -62,6 +64,8 @@ def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Se
     ----------
     moving, changes : set of int
         Lines with motion and those that change the tool, from 0.
+    of_tools : set of int
+        Lines of remarks that are about a tool: they head nothing.
     """
     pattern = re.compile(_REMARKS[dialect], re.IGNORECASE)
     heads, before = list[tuple[int, str]](), -2
@@ -70,6 +74,9 @@ def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Se
     for number, line in enumerate(lines):
         match = pattern.match(line)
         if match and _ARCHIVE.match(line):
+            continue
+        if number in of_tools or ((at_top or number + 1 in changes) and _TOOL_REMARK.match(line)):
+            before += before == number - 1  # what follows is of the same row
             continue
         text = next((group for group in match.groups() if group is not None), "").strip() if match else ""
         # a line of dashes heads nothing
@@ -172,6 +179,7 @@ class ToolChange(Struct):
     line: int
     tool: str
     remark: str = ""
+    remark_line: int = -1  #: Where the remark is alone on its line and names a kind of tool.
 
 
 def list_tool_changes(lines: Iterable[str], dialect: str) -> list[ToolChange]:
@@ -182,7 +190,7 @@ def list_tool_changes(lines: Iterable[str], dialect: str) -> list[ToolChange]:
     """
     tool, change = (re.compile(one, re.IGNORECASE) for one in _TOOL_WORDS.get(dialect, _ISO_WORDS))
     alone = re.compile(_REMARKS[dialect], re.IGNORECASE)
-    found, above, is_below = list[ToolChange](), list[str](), False
+    found, above, is_below = list[ToolChange](), list[tuple[int, str]](), False
     chosen_tool = remark_of_tool = ""
     for number, line in enumerate(lines):
         if _MAY_SAY.search(line) is None:
@@ -194,9 +202,9 @@ def list_tool_changes(lines: Iterable[str], dialect: str) -> list[ToolChange]:
             if _TOOL_REMARK.match(line):
                 continue  # a list at the top has the number of each tool
             text = make_printable("".join(group or "" for group in match.groups()).strip())
-            above.append(text)
+            above.append((number, text))
             if is_below and not found[-1].remark and _KIND.search(text):
-                found[-1].remark = text
+                found[-1].remark, found[-1].remark_line = text, number
             continue
         is_below = False
         if tool.search(line) or change.search(line):
@@ -205,12 +213,12 @@ def list_tool_changes(lines: Iterable[str], dialect: str) -> list[ToolChange]:
             if names := tool.findall(code):
                 chosen_tool, remark_of_tool = names[-1].strip('"'), own
             if change.search(code):
-                own = own or remark_of_tool
-                if not own:
-                    own = next(
-                        (one for one in above if _KIND.search(one) or _list_diameters(one, chosen_tool.lstrip("0"))), ""
-                    )
-                found.append(ToolChange(number, chosen_tool, own))
+                own, at = own or remark_of_tool, -1
+                for place, one in above if not own else ():
+                    if (is_kind := _KIND.search(one)) or _list_diameters(one, chosen_tool.lstrip("0")):
+                        own, at = one, place if is_kind else -1
+                        break
+                found.append(ToolChange(number, chosen_tool, own, at))
                 remark_of_tool, is_below = "", True
             elif names:
                 # what stands above T is still above its M6

@@ -130,4 +130,5 @@ def _restore_functions(state: State, events: list[Event], line: int) -> tuple[Ev
     functions += [("coolant", {"state": name}) for on, name in ((state.mist, "mist"), (state.flood, "flood")) if on]
     if state.overrides != OVERRIDES:
         functions.append(("override", dict(state.overrides)))
-    return tuple(Event(line, kind, 0, data) for kind, data in functions)
+    tool = state.loaded_tool or 0
+    return tuple(Event(line, kind, 0, data, tool if kind == "tool" else 0) for kind, data in functions)

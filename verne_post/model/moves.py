@@ -166,6 +166,8 @@ class Event(Struct, frozen=True):
     kind: str
     before: int
     data: dict[str, object] = field(default_factory=dict)
+    #: Number of the tool here, also of a tool that has only a name and so no number in ``data``.
+    tool: int = 0
 
     def waits(self, *, optional_stop: bool) -> bool:
         """True where the machine waits for a person or a signal; M1 only where it stops."""
@@ -215,17 +217,17 @@ class PlaneCall(Struct, frozen=True):
 
 def name_tools(events: Iterable[Event]) -> dict[int, str]:
     """Number -> name of the tools that a program names."""
-    return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
+    return {event.tool: str(event.data["name"]) for event in events if "name" in event.data}
 
 
 def list_tool_changes(events: Iterable[Event]) -> list[tuple[Event, int]]:
     """What puts another tool into the spindle, or gives the one that is there a number; with that number."""
-    return [(event, int(str(event.data["number"]))) for event in events if event.kind in ("tool", "tool number")]
+    return [(event, event.tool) for event in events if event.kind in ("tool", "tool number")]
 
 
 def describe_tool(event: Event) -> str:
     """The tool of a tool change, as a person knows it."""
-    return describe_tool_number(int(str(event.data["number"])), name_tools([event]))
+    return describe_tool_number(event.tool, name_tools([event]))
 
 
 class CallSpan(Struct, frozen=True):

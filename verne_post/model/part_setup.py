@@ -147,6 +147,11 @@ def describe_tool_number(number: int, names: Mapping[int, str]) -> str:
     return f'tool "{names[number]}"' if number >= FIRST_NAMED_TOOL else f'tool {number} "{names[number]}"'
 
 
+def choose_number_or_name(number: int, names: Mapping[int, str]) -> int | str:
+    """What a machine asks for: the number of a tool, or the name of one that has no number."""
+    return names.get(number, number) if number >= FIRST_NAMED_TOOL else number
+
+
 def list_setup_names(control: Mapping[str, Mapping[str, Any]]) -> dict[int, str]:
     """Number -> name of the tools that a set-up, or a settings file, gives by name; ``control`` is that of Options."""
     tables = (keys.get("tools") for keys in control.values())

@@ -101,9 +101,10 @@ class Summary:
         One where the file is not split.
     switched : tuple of Event
         Auxiliary functions that the blocks before a restart have switched on.
-    tools : tuple of (int, float)
-        Tools in use and their lengths, mm, in order; number 0 where the program names none.
-    carried : tuple of (int, float)
+    tools : tuple of (int or str, float)
+        Number and length, mm, of the tools in use, in order. A tool that has only a name has it in place of the number;
+        number 0 where the program names none.
+    carried : tuple of (int or str, float)
         Tools with the length of the tool before, mm, which rapids have until the tool's own length is active.
     carried_lines : tuple of int
         The lines of these rapids.
@@ -155,8 +156,8 @@ class Summary:
     before: tuple[Event, ...] = ()
     parts: tuple[Part, ...] = ()
     switched: tuple[Event, ...] = ()
-    tools: tuple[tuple[int, float], ...] = ()
-    carried: tuple[tuple[int, float], ...] = ()
+    tools: tuple[tuple[int | str, float], ...] = ()
+    carried: tuple[tuple[int | str, float], ...] = ()
     carried_lines: tuple[int, ...] = ()
     bare_lines: tuple[int, ...] = ()
     axis_error_deg: float | None = None

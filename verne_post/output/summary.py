@@ -4,7 +4,7 @@ import math
 import re
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from verne_post.model.findings import join_lines
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Stock, describe_tool, list_tool_changes, name_tools
 from verne_post.model.options import Options
-from verne_post.model.part_setup import describe_tool_number, name_system
+from verne_post.model.part_setup import choose_number_or_name, describe_tool_number, name_system
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict
 from verne_post.model.verification import Verification
@@ -42,6 +42,9 @@ _JOINED: Final = "\N{NO-BREAK SPACE}"
 LINE_OF_FACT: Final = "\n"
 #: Said of a stock that the program defines while nothing asks for its check.
 NOT_CHECKED_STOCK = "not checked (--stock program checks it)"
+
+#: A number of a tool, or one and a name.
+_Tool = TypeVar("_Tool", int, int | str)
 
 #: Keys and values.
 Facts = Sequence[tuple[str, str]]
@@ -437,11 +440,13 @@ def _describe_tools(summary: Summary) -> str:
     """Lengths of each tool in the order of their use, and where they are from when nobody may have given one."""
     names = name_tools(summary.events)
     tools = ", ".join(
-        f"{describe_tool_number(number, names)}: {used} mm" if number else f"{used} mm"
-        for number, used in join_lengths(summary.tools).items()
+        (f'tool "{tool}": ' if isinstance(tool, str) else f"{describe_tool_number(tool, names)}: " if tool else "")
+        + f"{used} mm"
+        for tool, used in join_lengths(summary.tools).items()
     )
     source = " (one length for the program)" if summary.options.tool_length is not None else ""
-    meant = {number for number, tool in (summary.options.tools or {}).items() if tool.ends_at_gauge_line}
+    listed = (summary.options.tools or {}).items()
+    meant = {choose_number_or_name(number, names) for number, tool in listed if tool.ends_at_gauge_line}
     if summary.options.tool_length != 0 and any(not length and number not in meant for number, length in summary.tools):
         zero = "" if len(summary.tools) == 1 else "0 mm: "
         source = f" ({zero}no length is in force, or none was given)"
@@ -452,9 +457,9 @@ def _describe_tools(summary: Summary) -> str:
     return f"{tools}{source}"
 
 
-def join_lengths(tools: Sequence[tuple[int, float]]) -> dict[int, str]:
-    """Number of each tool -> its lengths in mm, ``80`` or ``80 then 95``."""
-    lengths: dict[int, list[str]] = {}
+def join_lengths(tools: Sequence[tuple[_Tool, float]]) -> dict[_Tool, str]:
+    """Number or name of each tool -> its lengths in mm, ``80`` or ``80 then 95``."""
+    lengths: dict[_Tool, list[str]] = {}
     for number, length in tools:
         lengths.setdefault(number, []).append(f"{length:g}")
     return {number: " then ".join(used) for number, used in lengths.items()}

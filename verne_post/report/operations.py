@@ -4,9 +4,9 @@ import numpy as np
 
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.long_text import Text, iterate_lines
+from verne_post.base.long_text import Text, decode_lines
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.remarks import list_heads
+from verne_post.gcode.remarks import list_heads, list_tool_changes
 from verne_post.model.moves import MoveKind, find_tool_of_moves
 from verne_post.report.governing import Spent
 from verne_post.report.table import LineTimes, Operation
@@ -51,7 +51,6 @@ class _Heads:
 
     def __init__(self, source: Text, program: Program) -> None:
         options, moves = program.options, program.moves
-        lines = (line.decode("utf-8", errors="replace") for line in iterate_lines(source))
         dialect = choose_dialect_name(options.dialect, source, options.source_name)
         changes = {event.line - 1 for event in moves.events if event.kind == "tool"}
         waits = [event.line for event in moves.events if event.waits(optional_stop=options.optional_stop)]
@@ -62,7 +61,9 @@ class _Heads:
         used = [chains[k] for k in np.unique(span[moving]).tolist()]
         of_main = np.unique([*moves.line[moving & ~is_called].tolist(), *(chain[0][0] for chain in used if chain)])
         all_lines = np.unique([*moves.line[moving].tolist(), *(line for chain in used for line, _begin in chain)])
-        heads = list_heads(lines, dialect, set((all_lines - 1).astype(int).tolist()), changes)
+        of_tools = {one.remark_line for one in list_tool_changes(decode_lines(source), dialect)}
+        moving_lines = set((all_lines - 1).astype(int).tolist())
+        heads = list_heads(decode_lines(source), dialect, moving_lines, changes, of_tools)
         self.names = ("", *(name for _line, name in heads))
         self._lines = np.array([line + 1 for line, _name in heads], dtype=np.int64)
         # remarks inside subprograms head nothing of the program itself, wherever they stand

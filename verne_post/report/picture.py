@@ -13,6 +13,8 @@ from verne_post.report.table import Study
 from verne_post.report.worst import iterate_shares
 
 _SIZE: Final = (11.0, 8.0)
+#: Beside the panel: in it, a legend hides curves.
+_LEGEND: Final = {"fontsize": 7, "loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
 
 
 def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> bytes:
@@ -44,14 +46,15 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
         axes = figure.add_subplot(grid[row, 1])
         for joint in joints:
             curve = study.curves["position"][joint]
-            axes.plot(curve.x, curve.values, lw=0.8, label=machine.columns[joint].joint)
+            axes.plot(curve.x, curve.values, lw=0.8, color=f"C{joint}", label=machine.columns[joint].joint)
         axes.set_ylabel(f"position {machine.columns[joints[0]].unit}", fontsize=7)
-        axes.legend(fontsize=7, loc="upper right")
+        axes.legend(**_LEGEND)
         axes.tick_params(labelsize=7)
     for row, name in enumerate(names, start=2):
         axes = figure.add_subplot(grid[row, 1])
-        for x, share in iterate_shares(machine, study, name):
-            axes.plot(x, share, lw=0.5)
+        for joint, (x, share) in enumerate(iterate_shares(machine, study, name)):
+            axes.plot(x, share, lw=0.5, color=f"C{joint}", label=machine.columns[joint].joint)
+        axes.legend(**_LEGEND)
         axes.axhspan(-100, 100, color="#27ae60", alpha=0.08)
         axes.set_ylabel(f"{name} %", fontsize=7)
         axes.tick_params(labelsize=7)

@@ -36,6 +36,8 @@ _TOLD: Final = (
     *("start position", "set-up", "assumed", "tool length", "work offset", "operator"),
     *("NOT CHECKED", "kept out of"),
 )
+#: A place with more characters needs two columns of the sheet.
+_LONG_PLACE: Final = 30
 #: So many rows of tools, offsets, fixtures and actions leave room for a finding on one page, some rows in two lines.
 _SHEET_ROWS: Final = 16
 #: Of a diameter.
@@ -98,7 +100,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
             wide=True,
             note=f"The part zero, from {machine.coordinates.zero_point}." if offsets else "",
         ),
-        _write_titled_table("Fixtures and stock", ("name", "in", "x, y, z, mm"), _list_bodies(study), named=True),
+        _write_titled_table(
+            "Fixtures and stock",
+            ("name", "in", "x, y, z, mm"),
+            bodies := _list_bodies(study),
+            named=True,
+            wide=any(len(place) > _LONG_PLACE for _name, _system, place in bodies),
+        ),
     ]
     if not read:
         return "".join(parts)
@@ -314,7 +322,7 @@ def _find_single_changes(study: Study) -> dict[int, Event]:
     """Number of a tool -> where a person puts it in: the table of tools says it, unless one comes twice."""
     program = study.program
     changes = [] if program is None else [event for event in _list_waits(program) if event.kind == "tool"]
-    found = {int(str(event.data["number"])): event for event in changes}
+    found = {event.tool: event for event in changes}
     shown = {number for number, *_sizes in list_tools(study)} - {0}
     return {number: event for number, event in found.items() if number in shown} if len(found) == len(changes) else {}
 
@@ -359,7 +367,7 @@ def _list_actions(source: Text, study: Study, remarks: Mapping[int, str]) -> lis
         if event.kind != "tool":
             what = _ACTIONS[event.kind].format(**event.data)
             return what + (f": {said[event.line]}" if event.kind == "stop" and event.line in said else "")
-        remark = remarks.get(int(str(event.data["number"])), "")
+        remark = remarks.get(event.tool, "")
         return f"put in {describe_tool(event)}" + f" ({remark})" * bool(remark)
 
     return [(str(event.line), _describe_time(event, study), describe_action(event)) for event in waits]

@@ -19,7 +19,7 @@ from verne_post.cli.programs import is_setup
 from verne_post.config.chain import ChainMachineFile
 from verne_post.config.kinds import KINDS
 from verne_post.config.machine_paths import list_machine_files
-from verne_post.config.program_setup import SetupFile, list_setup_options
+from verne_post.config.program_setup import TO_MEASURE, SetupFile, list_setup_options
 from verne_post.config.schema import MachineFile, describe_limits_table
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, SettingsFile
 from verne_post.config.toml_entries import (
@@ -250,7 +250,9 @@ def _list_fields(schema: type[Struct]) -> _Keys:
 def _describe_field(one: FieldInfo, schema: type[Struct]) -> str:
     """What a key means where its schema says it, with its values, unit and default."""
     meaning, unit = getattr(schema, "about", {}).get(one.encode_name, ""), find_unit(one.encode_name)
-    default = f"default: {json.dumps(one.default)}" if one.default not in (NODEFAULT, None, "") else ""
+    # what stands for a size that is not known yet is no value to rely on
+    is_known = one.default not in (NODEFAULT, None, "", TO_MEASURE)
+    default = f"default: {json.dumps(one.default)}" if is_known else ""
     needed = "required" if one.required else default
     return "; ".join(filter(None, (meaning, describe(one.type), f"in {unit}" if unit else "", needed)))
 

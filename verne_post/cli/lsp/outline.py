@@ -1,7 +1,7 @@
 """Tools, operations, subprograms and labels of a program, by its text, and where a call leads."""
 
 import re
-from collections.abc import Callable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +15,7 @@ from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.cli.lsp.callers import LARGEST_NEIGHBOUR, NUMBER, list_code
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.remarks import BLOCK_NUMBER, find_tool_remarks, list_heads, list_tool_changes
+from verne_post.gcode.remarks import BLOCK_NUMBER, ToolChange, find_tool_remarks, list_heads, list_tool_changes
 from verne_post.gcode.siemens.vocabulary import CYCLES, has_meaning
 from verne_post.model.findings import UsageError
 
@@ -146,7 +146,7 @@ class Outline:
         last = len(self.lines) - 1
         tools = list_tool_changes(self.lines, self.dialect)
         remarks = find_tool_remarks(self.lines, self.dialect)
-        operations = list(self._list_operations({one.line for one in tools}))
+        operations = list(self._list_operations(tools))
         # a tool change ends what has moved before: one inside an operation belongs to it, with the remark
         of_changes = {
             k: one.range.start.line for one in operations for k in range(one.range.start.line, one.range.end.line + 1)
@@ -192,10 +192,11 @@ class Outline:
             around.append(one)
         return outer
 
-    def _list_operations(self, changes: Set[int]) -> Iterator[lsp.DocumentSymbol]:
+    def _list_operations(self, tools: Sequence[ToolChange]) -> Iterator[lsp.DocumentSymbol]:
         """What follows each remark that heads an operation."""
         moving = {k for k in range(len(self.lines)) if self._has_place(k) or self._has_call(k)}
-        heads = list_heads(self.lines, self.dialect, moving, changes)
+        changes, of_tools = {one.line for one in tools}, {one.remark_line for one in tools}
+        heads = list_heads(self.lines, self.dialect, moving, changes, of_tools)
         for (begin, name), (after, _name) in pairwise([*heads, (len(self.lines), "")]):
             if name:
                 yield self._make_symbol(name, lsp.SymbolKind.Event, begin, after - 1)

@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from verne_post.gcode.first_places import FirstPlaces
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.model.moves import ArcFeed, FeedMode, Frame, PathControl, PathMode
-from verne_post.model.part_setup import Tool
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, Tool
 
 #: Override switches at the start of a program.
 OVERRIDES: Final = {"speed": True, "feed": True, "adaptive": False, "hold": True}
@@ -141,8 +141,9 @@ class State(Struct):
 
 
 def describe_tool_event(state: State, number: int) -> dict[str, object]:
-    """What an event says of a tool: its number, and its name where the program has given one."""
-    return {"number": number} | ({"name": state.tool_names[number]} if number in state.tool_names else {})
+    """What an event says of a tool: its number, None where it has only a name, and its name where it has one."""
+    shown = None if number >= FIRST_NAMED_TOOL else number
+    return {"number": shown} | ({"name": state.tool_names[number]} if number in state.tool_names else {})
 
 
 def name_unit_of_speed(state: State) -> dict[str, object]:

@@ -58,7 +58,7 @@ class Tools:
             selections[-1] = replace(selections[-1], is_loaded=True)
         refuse_compensation(self.state, "M6")
         self.state.spindle_on = False
-        self.recorder.record_event(at.line, "tool", **describe_tool_event(self.state, self.state.loaded_tool or 0))
+        self._record("tool", at)
 
     def _report_repeated_change(self, at: At) -> None:
         """VP041: M6, and no T since the change of tools before it."""
@@ -86,7 +86,11 @@ class Tools:
     def set_number(self, at: At, number: int) -> None:
         """No tool is changed: only its number is set (M61)."""
         self._load(number)
-        self.recorder.record_event(at.line, "tool number", **describe_tool_event(self.state, number))
+        self._record("tool number", at)
+
+    def _record(self, kind: str, at: At) -> None:
+        number = self.state.loaded_tool or 0
+        self.recorder.record_event(at.line, kind, tool=number, **describe_tool_event(self.state, number))
 
     def _load(self, number: int) -> None:
         state = self.state
