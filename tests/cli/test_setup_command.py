@@ -934,12 +934,17 @@ def test_setup_prints_the_command_that_converts_a_program_with_two_tools(
 def test_a_call_that_is_ignored_with_its_values_is_named(run: Run, tmp_path: Path) -> None:
     """A misspelt CYCLE800 is no key of the form; who ignores such a name is told what was not checked."""
     program = tmp_path / "hole.mpf"
-    program.write_text(SIEMENS.replace("N100", "CYCLE8OO(1)\nKX_PROBE(2)\nKX_PROBE(3)\nKX_CLAMP\nN100"))
+    two = SIEMENS.replace("N150", 'T="MILL 2" D1\nM6\nN150')
+    program.write_text(two.replace("N100", "CYCLE8OO(1)\nKX_PROBE(2)\nKX_PROBE(3)\nKX_CLAMP\nN100"))
     written = Path(f"{program}.toml")
     run("setup", program)
     assert tomllib.loads(written.read_text())["remap"] == {"KX_PROBE": "decide", "KX_CLAMP": "decide"}
     fill(written)
     refused = run("check", program)
+    again = run("setup", program)  # its status is about the file
+    assert again.code == 0
+    assert again.err.endswith("give setup again: an error may hide what else it needs\n")
+    assert "convert it with" not in again.err
     assert (refused.code, "CYCLE8OO: no meaning in this language; did you mean CYCLE800?" in refused.out) == (2, True)
     program.write_text(program.read_text().replace("CYCLE8OO(1)\n", ""))
     told = run("check", program)
