@@ -1199,9 +1199,21 @@ def test_a_radius_in_place_of_a_diameter_is_told(dialect, remark, call, diameter
     tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), diameter)}
     names = {"siemens": {"tools": {"EM12": 1}}} if dialect == "siemens" else {}
     options = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names)
-    told = [item.message for item in vp.check(text, "ac_trunnion", options).findings if item.code == "VP505"]
+    told = [item for item in vp.check(text, "ac_trunnion", options).findings if item.code == "VP505"]
     assert len(told) == bool(said)
-    assert all(message.startswith(said) for message in told)
+    assert all(item.message.startswith(said) for item in told)
+    assert all(describe_remedy(item, "p.nc").startswith("Correct the diameter in the set-up or") for item in told)
+
+
+def test_a_rapid_below_every_cut_has_its_own_advice_and_the_other_sign_as_a_choice():
+    """The advice was about units of machine files."""
+    program = "G21 G90 G17\nG54 T1 M6\nS900 M3\nG0 A0 C0 X0 Y0\nG43 Z50 H1\nG1 Z5 F100\nX20 F1000\nG0 Z-50\nZ50\nM30\n"
+    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 90)})
+    (item,) = (one for one in vp.check(program, "ac_trunnion", options).findings if one.code == "VP505")
+    assert describe_remedy(item, "p.nc") == "Correct the value in the program. No action is needed if it is meant."
+    (edit,) = item.edits
+    assert (edit.line, edit.word, edit.value, edit.is_choice) == (8, ("Z", -50.0), "50", True)
 
 
 @pytest.mark.parametrize(

@@ -501,6 +501,15 @@ def test_a_minus_too_many_is_a_choice_beside_the_nearest_place(
     assert any(title.startswith("Write Z-59.9") for title in made)
 
 
+def test_a_rapid_below_the_cuts_has_the_other_sign_as_a_choice(inspector: Inspector, tmp_path: Path) -> None:
+    text = f"{NGC}G0 Z40\nG1 Z5 F500\nX10\nG0 Z-40\nZ40\nM30\n"
+    _message, underlined, made = look(inspector, tmp_path / "a.nc", text)
+    line = text[: text.index("Z-40")].count("\n") + 1
+    path, new, settles = made[f"Write Z40 in place of Z-40 in line {line}"]
+    assert (underlined, path, settles) == ("Z-40", tmp_path / "a.nc", False)
+    assert new == text.replace("Z-40", "Z40")
+
+
 def test_a_centre_with_the_wrong_sign_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
     text = f"{NGC}G1 X10 F500\nG2 X20 Y10 I0 J-10\nM30\n"
     _message, underlined, made = look(inspector, tmp_path / "a.nc", text)

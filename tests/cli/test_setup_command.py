@@ -929,3 +929,24 @@ def test_setup_prints_the_command_that_converts_a_program_with_two_tools(
     again = run("setup", "one.nc", "--machine", "verne").err
     command = re.findall(r"^check it with: (verne-post check .*)$", again, re.MULTILINE)[0]
     assert command == "verne-post check one.nc --machine verne" and run(*shlex.split(command)[1:]).code == 0
+
+
+def test_a_call_that_is_ignored_with_its_values_is_named(run: Run, tmp_path: Path) -> None:
+    """A misspelt CYCLE800 is no key of the form; who ignores such a name is told what was not checked."""
+    program = tmp_path / "hole.mpf"
+    two = SIEMENS.replace("N150", 'T="MILL 2" D1\nM6\nN150')
+    program.write_text(two.replace("N100", "CYCLE8OO(1)\nKX_PROBE(2)\nKX_PROBE(3)\nKX_CLAMP\nN100"))
+    written = Path(f"{program}.toml")
+    run("setup", program)
+    assert tomllib.loads(written.read_text())["remap"] == {"KX_PROBE": "decide", "KX_CLAMP": "decide"}
+    fill(written)
+    refused = run("check", program)
+    again = run("setup", program)  # its status is about the file
+    assert again.code == 0
+    assert again.err.endswith("give setup again: an error may hide what else it needs\n")
+    assert "convert it with" not in again.err
+    assert (refused.code, "CYCLE8OO: no meaning in this language; did you mean CYCLE800?" in refused.out) == (2, True)
+    program.write_text(program.read_text().replace("CYCLE8OO(1)\n", ""))
+    told = run("check", program)
+    assert told.code == 0
+    assert "  NOT CHECKED: KX_PROBE() in line 10 and 1 more: [remap] ignores it and its values; contact" in told.out

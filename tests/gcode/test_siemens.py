@@ -551,13 +551,35 @@ def test_names_of_the_builder_mean_what_the_set_up_says(view):
         (4, "KX_CLAMP", "event"),
         (5, "TRAOOF", "tcp off"),
     ]
-    for name, said in (("KX_CLAMP", "no meaning"), ("L6", "no meaning"), ("TRAOOF", "did you mean TRAFOOF?")):
+    for name in ("KX_CLAMP", "L6"):
         (item,) = view(f"{name}\nM30", dialect="siemens")[1]
-        assert (item.code, item.line, item.settled_by, said in item.message) == ("VP002", 1, (("remap", name),), True)
-    (item,) = view("CYCEL832(0.01)\nM30", dialect="siemens")[1]  # a cycle is not ignored
-    assert (item.settled_by, "did you mean CYCLE832?" in item.message) == ((), True)
+        assert (item.code, item.line, item.settled_by) == ("VP002", 1, (("remap", name),))
+    ignored = [event.line for event in moves.events if event.data.get("word") == "M202()"]
+    assert ignored == [2]  # with values; L6 has none
     found = view("MCALL KX_CLAMP(1)\nX5\nM30", dialect="siemens", remap=named)[1]
     assert [(item.code, item.line, "takes one call" in item.message) for item in found] == [("VP001", 1, True)]
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("CYCEL832(0.01)", "CYCLE832"),
+        ("CYCLE8OO(1)", "CYCLE800"),
+        ("CYCLEB00(1)", "CYCLE800"),
+        ("CYCLE8O(1)", "CYCLE800"),
+        ("CYCLE8000(1)", "CYCLE800"),
+        ("CYCLE8000", "CYCLE800"),
+        ("CYCLEB1(9,5,2,-10)", "CYCLE81"),
+        ("TRA0R1", "TRAORI"),
+        ("TRAOOF", "TRAFOOF"),
+    ],
+)
+def test_a_slip_of_a_word_that_moves_axes_is_not_to_be_ignored(view, written, meant):
+    """CYCLE8OO was left to [remap], and the hole was drilled upright."""
+    item = view(f"{written}\nM30", dialect="siemens")[1][0]
+    name = written.partition("(")[0]
+    assert item.message == f"{name}: no meaning in this language; did you mean {meant}?"
+    assert (item.code, item.line, item.settled_by) == ("VP002", 1, ())
 
 
 def test_user_codes_switch_tool_centre_point_control_as_trafoof_does(machine):

@@ -23,6 +23,9 @@ _PARTS: Final = re.compile(
     r"\b(?:SHANK|SHAFT|NECK|TIP|CHAMFER|PILOT|STEP|HOLDER|BODY|SCHAFT|HALS|SPITZE|FASE|FASEN\w*|STUFEN\w*)\b",
     re.IGNORECASE,
 )
+_CORRECT_DIAMETER: Final = (
+    "Correct the diameter in the set-up or the tool table, or the remark. No action is needed if both are meant."
+)
 _SIZE: Final = re.compile(r"(?<!\w)(?:D\d?|DIA\w*)\W{0,4}\d|\u00d8", re.IGNORECASE)
 
 
@@ -44,7 +47,7 @@ def check_diameters(source: Text, moves: Moves, options: Options) -> Iterator[Fi
                 f"{describe_tool_number(number, names)}: a diameter of {size:g} mm is {what} the {said:g} mm that the "
                 "program's remark about it names; a diameter is meant here, and no radius"
             )
-            yield make_finding("VP505", text)
+            yield make_finding("VP505", text, advice=_CORRECT_DIAMETER)
 
 
 def _may_name_a_part(remark: str) -> bool:

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import MoveKind, Moves, find_tool_of_moves
 
 #: The kind of what is found: a limit that the same line breaks says it, too.
@@ -60,7 +60,9 @@ def check_heights(moves: Moves, begin: int = 0) -> Iterator[Finding]:
             f"this rapid goes down to Z {height:.6g} mm, the deepest cut of its tool is at Z {cut:.6g} mm, and other "
             f"rapids go to Z {-height:.6g} mm: is the sign of the height right?"
         )
-        yield make_finding("VP505", text, line=line, last_line=line, worst_line=line, quantity=HEIGHT)
+        right = f"{-height:.6g}"
+        edits = (Remedy(f"write Z{right}", right, line=line, word=("Z", height), is_choice=True),)
+        yield make_finding("VP505", text, line=line, last_line=line, worst_line=line, quantity=HEIGHT, edits=edits)
         return
 
 

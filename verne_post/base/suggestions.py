@@ -26,8 +26,7 @@ _CODE: Final = re.compile(r"[GM]\d+")
 #: What people write for the values that are true or false.
 _TRUTHS: Final = {**dict.fromkeys(("1", "on", "yes", "y"), "true"), **dict.fromkeys(("0", "off", "no", "n"), "false")}
 #: Letters that are typed for the digits they look like, and digits for letters.
-_ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
-_DIGITS: Final = str.maketrans("OIL", "011")
+_DIGITS: Final = str.maketrans("OILZSBoilzsb", "011258" * 2)
 
 
 _T = TypeVar("_T")
@@ -82,7 +81,7 @@ def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False, least
 
 
 def _is_one_slip(word: str, right_word: str, least: int) -> bool:
-    """Two neighbours changed places, or one letter is left out, is too many, or is another one.
+    """Two neighbours changed places, one letter is left out, is too many or is another one, or all others look alike.
 
     Digits may only change places, or stand for the letter that they look like: cycles of other numbers are others, and
     so are G and M codes without a point whose digits have changed places.
@@ -97,8 +96,8 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
         here, there = shorter[begin:], longer[begin:]
         if here[:2] == there[1::-1] and here[2:] == there[2:]:
             return len(word) >= least - word.isalpha() and not _CODE.fullmatch(word)
-        pair = (here[0] + there[0]).upper()
-        is_slip = here[1:] == there[1:] and (pair.isalpha() or pair in _ALIKE)
+        is_alike = here.translate(_DIGITS) == there.translate(_DIGITS)
+        is_slip = is_alike or (here[1:] == there[1:] and (here[0] + there[0]).isalpha())
     else:
         is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
     has_begin = word[0] == right_word[0] or (len(shorter) >= _LETTERS_WITHOUT_FIRST and "_" not in shorter)

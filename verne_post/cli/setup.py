@@ -53,8 +53,9 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     tool.
 
     The command keeps the values of an existing set-up, adds those that are missing, and marks those that the program
-    does not use. It prints errors that no set-up can correct. It writes nothing if the text is not a program. Exit
-    status: 0 the file is written, or has all that the program needs, 2 unusable input.
+    does not use. It prints errors that no set-up can correct: check and convert refuse the program until you correct
+    them. It writes nothing if the text is not a program. Exit status: 0 the file is written, or has all that the
+    program needs, also if the program has errors; 2 unusable input.
 
     \b
     Example:
@@ -105,14 +106,14 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
                 f"it names no machine: give --machine again, or write machine = {make_printable(json.dumps(named))} "
                 "in verne-post.toml\n"
             )
-        if not is_dash(output):
+        if not is_dash(output) and not others:  # after a correction, setup itself comes next
             kept = {key: value for key, value in given.items() if key not in _WRITTEN}  # the others are in the file
             written = kept | {"setup_file": None if output == Path(f"{input_name}.toml") else str(output)}
             run = find_given_run(written)
             if tomllib.loads(text).get("split_at_stops"):
                 spelled = run.spell("convert", input_name, "", "-o axes.csv")
                 say(f"convert it with: {spelled} (one file for each part, axes.1.csv, ...)\n")
-            elif not others:  # after a correction, setup itself comes next
+            else:
                 then = "then " * bool(missing)
                 say(f"{then}check it with: {run.spell('check', input_name)}\n")
     return ExitStatus.CLEAN

@@ -837,8 +837,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "It is an error where a program cuts with 200 mm a turn (G95) or more, and where it exceeds the travel in "
         "inches but not in mm. Then the limits that the program breaks are not listed. `verne-post explain` names "
         "those of a line.",
-        "Compare the value with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; `verne-post "
-        "machine validate` prints how long moves take. No action is needed if the value is meant.",
+        "Compare a value of a file with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; "
+        "`verne-post machine validate` prints how long moves take. Correct a value of the program there. No action is "
+        "needed if the value is meant.",
     ),
     (
         "VP506",

@@ -156,6 +156,10 @@ class Stock(Struct, frozen=True):
         }
 
 
+#: Why a call with values does nothing.
+IGNORED: Final = "[remap] ignores it and its values"
+
+
 class Event(Struct, frozen=True):
     """An auxiliary function: spindle, coolant, tool, stop, message.
 

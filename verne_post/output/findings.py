@@ -250,6 +250,8 @@ _POST_WITHOUT: Final = (
     "Correct it if it is misspelt; if not, post the program without it. Take it out only if you know that nothing "
     "depends on it."
 )
+#: VP505 of a value of the program, or of a height of it.
+_CORRECT_PROGRAM: Final = "Correct the value in the program. No action is needed if it is meant."
 
 
 def _is_about_diameter(item: Finding) -> bool:
@@ -273,6 +275,8 @@ def _choose_remedy(item: Finding) -> str:
         return _GIVE_DIAMETER
     if item.advice is not None:
         return item.advice
+    if item.code == "VP505" and item.line is not None:  # no file has it
+        return _CORRECT_PROGRAM
     if not item.settled_by and item.code in _OF_MANY_CAUSES and _SAYS_WHAT_IS_RIGHT.search(item.message):
         return ""
     if item.code == "VP002" and not item.settled_by:

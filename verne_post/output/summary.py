@@ -16,7 +16,7 @@ from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATI
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import join_lines
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, Stock, describe_tool, list_tool_changes, name_tools
+from verne_post.model.moves import IGNORED, Event, Stock, describe_tool, list_tool_changes, name_tools
 from verne_post.model.options import Options
 from verne_post.model.part_setup import choose_number_or_name, describe_tool_number, name_system
 from verne_post.model.summary import Summary
@@ -516,11 +516,24 @@ def list_absent_bodies(options: Options) -> list[str]:
     return [f"contact with {' and '.join(absent)}: no {' and no '.join(absent.values())} given"] if absent else []
 
 
+def _list_ignored(events: Sequence[Event]) -> list[str]:
+    """Calls with values that [remap] ignores: what they do, or were meant to do, is not known."""
+    lines: dict[str, dict[int, None]] = {}
+    for event in events:
+        if event.data.get("why") == IGNORED:
+            lines.setdefault(str(event.data["word"]), {})[event.line] = None
+    more = {name: f" and {len(at) - 1} more" if len(at) > 1 else "" for name, at in lines.items()}
+    return [f"{name} in line {next(iter(at))}{more[name]}: {IGNORED}" for name, at in lines.items()]
+
+
 def list_unchecked(machine: Machine, options: Options, events: Sequence[Event]) -> Facts:
-    """Bodies that nothing is known of: fixtures and stock, and those of machine and tools whose size is not known."""
-    bodies, none = machine.bodies, list_absent_bodies(options)
+    """Calls that [remap] ignores, and bodies that nothing is known of.
+
+    These are fixtures and stock, and those of machine and tools whose size is not known.
+    """
+    bodies, none = machine.bodies, [*_list_ignored(events), *list_absent_bodies(options)]
     if not _list_bodies(options):
-        return [("NOT CHECKED", none[0])]
+        return [("NOT CHECKED", "; ".join(none))]
     used = {number for _change, number in list_tool_changes(events)} or {0}
     tools = options.tools or {}
     named = name_tools(events)

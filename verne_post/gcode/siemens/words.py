@@ -1,7 +1,7 @@
 """A block of a Siemens program -> its words: addresses with values, G functions, calls; variables are set here."""
 
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 from msgspec import Struct, field
@@ -137,6 +137,8 @@ class Argument(Struct, frozen=True):
 _LONG_NUMBER: Final = re.compile(r"CYCLE\d{3,}")
 #: But machining has no cycles of these: the digits of one changed places, or CYCLE800 lacks its last 0.
 _SLIP_OF_CYCLE: Final = re.compile(r"CYCLE(?:[1-5]\d|80)")
+_MEANS_NOTHING: Final = "no meaning in this language; did you mean"
+_LIKE_DIGITS: Final = str.maketrans("OILZSB", "011258")
 
 
 class Call(Struct, frozen=True):
@@ -158,6 +160,7 @@ class Words(Struct):
     calls: list[Call] = field(default_factory=list)
     no_effect: list[tuple[str, int]] = field(default_factory=list)
     user_names: list[str] = field(default_factory=list)  # names that [remap] gives a meaning
+    ignored: list[str] = field(default_factory=list)  # calls with values that [remap] ignores
     counts_turns: str = ""  # FGROUP that names rotary axes beside others
     modal_call: int | None = None  # column of MCALL
     used_words: set[str] = field(default_factory=set)
@@ -189,7 +192,9 @@ class Words(Struct):
 class WordReader:
     """Reads blocks; knows the variables, which names are subprograms, and which have a meaning by [remap]."""
 
-    def __init__(self, variables: Variables, is_subprogram: Callable[[str], bool], user_names: Collection[str]) -> None:
+    def __init__(
+        self, variables: Variables, is_subprogram: Callable[[str], bool], user_names: Mapping[str, str]
+    ) -> None:
         self.variables, self.is_subprogram, self.user_names = variables, is_subprogram, user_names
         #: The names of subprograms, and which are labels; the flow of a program sets both.
         self.list_subprograms: Callable[[], Iterable[str]] = tuple
@@ -391,6 +396,8 @@ class WordReader:
             words.counts_turns = _read_feed_group(arguments, cursor, at)
         if name in self.user_names:
             words.user_names.append(name)
+            if self.user_names[name] == "ignore" and any(one.text.strip() for one in arguments):
+                words.ignored.append(name)
         elif name in NO_EFFECT:
             words.no_effect.append((name, at + 1))
         elif name in ("TRAORI", "TRAFOOF"):
@@ -400,13 +407,7 @@ class WordReader:
                 )
             self._add_function(words, name, cursor, at)
         elif (why := explain_refusal(name)) is not None:
-            text = f"{name} is not executed ({why})"
-            if _LONG_NUMBER.fullmatch(name) and name not in REFUSED_WORDS:
-                text = explain_unknown(text, name, CYCLES, NO_EFFECT)
-            elif _SLIP_OF_CYCLE.fullmatch(name) and name not in REFUSED_WORDS:
-                near = f"{name}0" if f"{name}0" in CYCLES else find_meant(name, CYCLES, slip_alone=True)
-                text += f"; did you mean {near}?" if near else ""
-            error = cursor.error("VP002", text, at)
+            error = cursor.error("VP002", _explain_refused(name, why), at)
             if _LONG_NUMBER.fullmatch(name) and name[-1] == "9" and f"{name[:-1]}0" in CYCLES:
                 propose_key_beside(error, cursor.text[at : at + len(name)], f"{name[:-1]}0")
             raise error
@@ -541,7 +542,7 @@ class WordReader:
             return cursor.error("VP002", f"{name}: no meaning in this language; did you mean {near_for}?", at)
         why = explain_refusal(name)
         if why is not None:
-            return cursor.error("VP002", f"{name} is not executed ({why})", at)
+            return cursor.error("VP002", _explain_refused(name, why), at)
         if name in STATEMENTS:
             return cursor.error("VP001", f"{name} must be the first word of its block", at)
         following = cursor.peek_name()
@@ -604,9 +605,31 @@ def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_a
         text += f"the program has {near}; "
     text += f"if it moves no axis, {REMAP_GIVES}"
     message = explain_unknown(text, name, own_names, _PLAIN_CODES, CYCLES, STATEMENTS, NO_EFFECT)
-    about = name if message == text else None
-    is_cycle = about is None and explain_unknown("", name, CYCLES) != ""  # which moves axes, as nobody may ignore
-    return ProgramError("VP002", message, column, about=about, settled_by=() if is_cycle else ("remap", name))
+    if message == text and (cycle := _find_cycle(name)):
+        message = f"{name}: {_MEANS_NOTHING} {cycle}?"
+    if message != text:  # a word that moves axes, or changes how they move, is not to be ignored
+        return ProgramError("VP002", message, column)
+    return ProgramError("VP002", message, column, about=name, settled_by=("remap", name))
+
+
+def _explain_refused(name: str, why: str) -> str:
+    """Why a word is not executed, or which cycle is meant by a number that none has."""
+    text = f"{name} is not executed ({why})"
+    if name in REFUSED_WORDS:
+        return text
+    if _LONG_NUMBER.fullmatch(name):
+        cycle = _find_cycle(name)
+        return f"{name}: {_MEANS_NOTHING} {cycle}?" if cycle else explain_unknown(text, name, CYCLES, NO_EFFECT)
+    near = (_find_cycle(name) or find_meant(name, CYCLES, slip_alone=True)) if _SLIP_OF_CYCLE.fullmatch(name) else ""
+    return f"{text}; did you mean {near}?" if near else text
+
+
+def _find_cycle(name: str) -> str:
+    """The cycle whose number has a digit twice, or CYCLE800 without its last 0; letters may stand for digits."""
+    number = name.removeprefix("CYCLE").translate(_LIKE_DIGITS)
+    numbers = (f"{number}0" if number == "80" else number, *drop_doubles(number, "0-9"))
+    near = next((f"CYCLE{one}" for one in numbers if f"CYCLE{one}" in CYCLES), "")
+    return near if name.startswith("CYCLE") else ""
 
 
 #: A word of letters and a number, or with =, after a name.
