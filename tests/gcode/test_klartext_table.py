@@ -162,7 +162,7 @@ def test_what_is_executed_is_in_the_vocabulary():
 
 #: In patterns, but no words of the language: letters that are looked for one by one, F AUTO without its blank, slips of
 #: LBL, and the points of REFPNT, of which all but one are refused.
-NO_WORDS = {"LCMQFS", "FAUTO", "TIP", "LB", "BL", "LL"}
+NO_WORDS = {"LCMQFS", "FAUTO", "TIP", "LB", "BL", "LL", "LABEL", "SP", "TC"}
 
 
 def list_words_of_patterns():

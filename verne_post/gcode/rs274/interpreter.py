@@ -382,7 +382,7 @@ class Rs274(Language):
             if letter in _CODES_BESIDE and is_length and self.table.is_executed(_CODES_BESIDE[letter][0]):
                 text += f"; the {' or '.join(_CODES_BESIDE[letter])} of a tool may be missing before it"
                 rights += [f"{code} {word}" for code in _CODES_BESIDE[letter]]
-            edits = _write_beside(word, rights)
+            edits: tuple[Remedy, ...] = _write_beside(word, rights)
             if letter == "P" and block.words["P"] >= _LEAST_PROGRAM:
                 wrong = f"P{block.words['P']:.0f}"
                 cut = next(
