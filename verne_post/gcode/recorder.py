@@ -444,10 +444,15 @@ class Recorder(Struct):
         if share != 1.0:
             self.arc_feeds[rule] = self.arc_feeds.get(rule, ArcFeedUse(rule, 0, share, share)).count_arc(share)
 
-    def record_event(self, line: int, kind: str, *, tool: int = 0, **data: object) -> None:
+    def record_event(self, line: int, kind: str, **data: object) -> None:
         """Record an auxiliary function, a message, a stop or a call."""
-        self.events.append(Event(line, kind, self.count, data, tool))
+        self.events.append(Event(line, kind, self.count, data))
         self.lacks_feed |= kind == "tool"
+
+    def record_tool(self, line: int, kind: str, number: int, data: dict[str, object]) -> None:
+        """Record that a tool is selected or comes into the spindle, by the number that it has in here."""
+        self.record_event(line, kind, **data)
+        self.events[-1] = replace(self.events[-1], tool=number)
 
     def note_feed(self, count: int | None = None) -> None:
         """A feed rate is given, before the move of a number or the next one."""

@@ -90,7 +90,7 @@ class Tools:
 
     def _record(self, kind: str, at: At) -> None:
         number = self.state.loaded_tool or 0
-        self.recorder.record_event(at.line, kind, tool=number, **describe_tool_event(self.state, number))
+        self.recorder.record_tool(at.line, kind, number, describe_tool_event(self.state, number))
 
     def _load(self, number: int) -> None:
         state = self.state

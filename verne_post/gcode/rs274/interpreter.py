@@ -368,8 +368,8 @@ class Rs274(Language):
         if pocket is not None and {"X", "Y"} & block.words.keys() and {"J", "R"} & {*unused_letters}:
             right = f"G{pocket[1] - 10:g}"
             text = f"G{pocket[1]:g}: a round pocket takes no place and no J or R; did you mean {right}?"
-            edits = (Remedy(f"write {right}", right, way="marked"),)
-            raise ProgramError("VP006", text, pocket[2], edits=edits)
+            edit = Remedy(f"write {right}", right, way="marked")
+            raise ProgramError("VP006", text, pocket[2], edits=(edit,))
         for letter in unused_letters:
             text = f"nothing in the block uses {letter}{block.words[letter]:g}"
             if letter in "IJK" and not block.codes and {"X", "Y", "Z"} & block.words.keys():
@@ -382,7 +382,7 @@ class Rs274(Language):
             if letter in _CODES_BESIDE and is_length and self.table.is_executed(_CODES_BESIDE[letter][0]):
                 text += f"; the {' or '.join(_CODES_BESIDE[letter])} of a tool may be missing before it"
                 rights += [f"{code} {word}" for code in _CODES_BESIDE[letter]]
-            edits: tuple[Remedy, ...] = _write_beside(word, rights)
+            edits = _write_beside(word, rights)
             if letter == "P" and block.words["P"] >= _LEAST_PROGRAM:
                 wrong = f"P{block.words['P']:.0f}"
                 cut = next(
