@@ -2,6 +2,7 @@
 
 import re
 from contextlib import suppress
+from dataclasses import replace as replace_fields
 from typing import Final
 
 from msgspec.structs import replace
@@ -83,6 +84,8 @@ class Executor:
         self._modal: Call | None = None
         #: Line, name and place of each cycle called without MCALL since the last one.
         self.lone_calls: list[tuple[int, str, list[float]]] = []
+        self._pattern_line = 0  #: At whose places the cycle of MCALL was called last.
+        self._beside_pattern = 0  #: The first line after that with one more place.
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
         #: A line that was not executed has named axes.
         self.uncertain = False
@@ -152,6 +155,7 @@ class Executor:
         if not self.is_modal(self.modal.name):
             return True
         self._warn_of_modal(words, is_motion=True)
+        self._beside_pattern = self._beside_pattern or (words.line if self._pattern_line else 0)
         self.milling.begin_block()
         self._run_modal(self.modal, words.line)
         return False
@@ -169,10 +173,12 @@ class Executor:
             where = f"M{numbers[0]}"
         else:
             return
-        edits = write_before("MCALL", line=words.line)
-        self.interpreter.core.watcher.report(
-            _name_modal(call), f"at {where}", f"{_END_MODAL} before", words.line, edits
-        )
+        edits, end = write_before("MCALL", line=words.line), f"{_END_MODAL} before"
+        if self._beside_pattern > self._pattern_line > 0:  # which of the places are meant is not known
+            after = self._pattern_line + 1
+            edits = tuple(replace_fields(one, is_choice=True) for one in (*write_before("MCALL", line=after), *edits))
+            end += f", or before line {after} if line {self._beside_pattern} is no place of it"
+        self.interpreter.core.watcher.report(_name_modal(call), f"at {where}", end, words.line, edits)
 
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
@@ -203,6 +209,7 @@ class Executor:
     @modal.setter
     def modal(self, call: Call | None) -> None:
         self._modal = call
+        self._pattern_line = self._beside_pattern = 0
         self.interpreter.core.watcher.last_hole = None
         self.interpreter.modes.cycle = "" if call is None else call.name
 
@@ -358,6 +365,7 @@ class Executor:
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
         here = (to.motion.find_programmed(first), to.motion.find_programmed(second)) if is_placed else None
+        self._pattern_line, self._beside_pattern = line if self.modal else 0, 0
         places = list(list_pattern_places(call, self.variables, self.modes.length, to.state.plane, here))
         for u, v in places:
             to.motion.run_line(block, MoveKind.RAPID, {first: u, second: v})
