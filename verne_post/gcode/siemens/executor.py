@@ -19,6 +19,7 @@ from verne_post.gcode.machining.assumptions import (
     know_axis,
 )
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.watcher import name_new_plane
 from verne_post.gcode.mistyped import UNREADABLE
 from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
@@ -39,6 +40,7 @@ from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.vocabulary import CYCLES
 from verne_post.gcode.siemens.words import Call, WordReader, Words
 from verne_post.gcode.text import decode_line, take_code
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, MoveKind
 
 #: Errors of blocks that lack a tool or its length, or a feed rate.
@@ -173,17 +175,23 @@ class Executor:
             where = f"M{numbers[0]}"
         else:
             return
-        edits, end = write_before("MCALL", line=words.line), f"{_END_MODAL} before"
-        if self._beside_pattern > self._pattern_line > 0:  # which of the places are meant is not known
-            after = self._pattern_line + 1
+        end, edits = self._propose_end(words.line)
+        self.interpreter.core.watcher.report(_name_modal(call), f"at {where}", end, words.line, edits)
+
+    def _propose_end(self, line: int) -> tuple[str, tuple[Remedy, ...]]:
+        """What ends MCALL before a line; a choice where lines behind a pattern have drilled before that too."""
+        edits, end, after = write_before("MCALL", line=line), f"{_END_MODAL} before", self._pattern_line + 1
+        if line > self._beside_pattern >= after > 1:  # which of the places are meant is not known
             edits = tuple(replace_fields(one, is_choice=True) for one in (*write_before("MCALL", line=after), *edits))
             end += f", or before line {after} if line {self._beside_pattern} is no place of it"
-        self.interpreter.core.watcher.report(_name_modal(call), f"at {where}", end, words.line, edits)
+        return end, edits
 
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
-        to, end = self.interpreter, f"{_END_MODAL} before"
-        to.core.watcher.report_new_plane(to.state, _name_modal(call), end, "MCALL")
+        to = self.interpreter
+        if (plane := to.core.watcher.find_new_plane(to.state)) is not None:
+            end, edits = self._propose_end(plane.line)
+            to.core.watcher.report(_name_modal(call), name_new_plane(plane), end, plane.line, edits, at_plane=True)
         try:
             if call.name in MODAL_MILLING:
                 self.milling.run(call, line, is_modal=True)
