@@ -1126,3 +1126,15 @@ def test_less_tilt_of_a_vector_is_one_edit_of_its_components(inspector: Inspecto
     assert changed.startswith(begin)
     assert changed.endswith(end)
     assert [one for one in check(inspector, path, changed, setup).findings if one.severity == "error"] == []
+
+
+@pytest.mark.parametrize("rest", ["G0 Z60\n", 'CYCLE800(0,"",0,57,0,10,5,25,0,0,0,0,0,-1)\nG0 X5\n'])
+@pytest.mark.parametrize("beside", ["", "FOR PASS=1 TO 3\nG0 X=PASS*10 Y10\nCYCLE82(5,0,2,-3,,0.5)\nENDFOR\n"])
+def test_mcall_is_not_ended_behind_lines_that_may_be_no_places(
+    inspector: Inspector, tmp_path: Path, beside: str, rest: str
+) -> None:
+    begin = f"{SIEMENS}F200\nMCALL CYCLE82(5,0,2,-6,,0.5)\nHOLES1(0,0,0,10,10,4)\n"
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", f"{begin}{beside}{rest}MCALL\nM30\n")
+    assert ("before line 8 if line 9 is no place of it" in message) == bool(beside)
+    assert (f"{begin}MCALL\n{beside}{rest}MCALL\nM30\n", not beside) in [one[1:] for one in made.values()]
+    assert any(preferred for _path, _text, preferred in made.values()) == (not beside)

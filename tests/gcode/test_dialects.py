@@ -746,7 +746,7 @@ def test_g89_goes_to_the_initial_level_in_rapid_traverse(view):
     ("CYCLE/DRILL,DEPTH,5,DEPTH,8,CLEAR,2", "VP004", 1), ("CYCLE/DRILL,DEPTH,5,CLEAR,2,RAPTO,2", "VP004", 1),
     ("CYCLE/DRILL,5,CLEAR,2,MMPM,9,IPM,9", "VP004", 1),
     ("CYCLE/DRILL,DEPTH,5,CLEAR,2,RETURN,1", "VP007", 1), ("CYCLE/DRILL,DEPTH,5,CLEAR,2,STEP,2", "VP002", 1),
-    ("FEDRAT/9,FPM", "VP005", 1), ("SPINDL/FAST", "VP005", 1), ("GOTO/1,2,1E99", "VP007", 1),
+    ("FEDRAT/9,FPM", "VP002", 1), ("SPINDL/FAST", "VP005", 1), ("GOTO/1,2,1E99", "VP007", 1),
     ("AUXFUN/250", "VP002", 1), ("GOTO/0,0,0 $", "VP001", 1),
 ])  # fmt: skip
 def test_statements_that_are_refused(view, text, code, line):

@@ -16,7 +16,7 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.base.tolerances import DRILL_TILT, ZERO_ANGLE
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import ProgramError, write_before
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import Frame, MoveKind, Moves, PlaneCall, list_tool_changes
@@ -74,12 +74,11 @@ class Watcher(Struct):
         self.last_hole = direction, len(planes)
         return None
 
-    def report_new_plane(self, state: State, what: str, end: str, word: str = "") -> None:
-        """VP043 where a modal cycle makes a hole in another plane than its last; ``word`` is what ends it, alone."""
+    def report_new_plane(self, state: State, what: str, end: str) -> None:
+        """VP043 where a modal cycle makes a hole in another plane than its last."""
         plane = self.find_new_plane(state)
         if plane is not None:
-            edits = write_before(word, line=plane.line) if word else ()
-            self.report(what, name_new_plane(plane), end, plane.line, edits, at_plane=True)
+            self.report(what, name_new_plane(plane), end, plane.line, at_plane=True)
 
     def explain(self, error: ProgramError, what: str, end: str, here: int, otherwise: str = "") -> None:
         """Say in an error of a line, ``here``, that it is still in force, in place of VP043 and at the line of VP043.

@@ -368,8 +368,7 @@ class Rs274(Language):
         if pocket is not None and {"X", "Y"} & block.words.keys() and {"J", "R"} & {*unused_letters}:
             right = f"G{pocket[1] - 10:g}"
             text = f"G{pocket[1]:g}: a round pocket takes no place and no J or R; did you mean {right}?"
-            edit = Remedy(f"write {right}", right, way="marked")
-            raise ProgramError("VP006", text, pocket[2], edits=(edit,))
+            raise ProgramError("VP006", text, pocket[2], edits=(Remedy(f"write {right}", right, way="marked"),))
         for letter in unused_letters:
             text = f"nothing in the block uses {letter}{block.words[letter]:g}"
             if letter in "IJK" and not block.codes and {"X", "Y", "Z"} & block.words.keys():

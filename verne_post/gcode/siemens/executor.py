@@ -2,6 +2,7 @@
 
 import re
 from contextlib import suppress
+from dataclasses import replace as replace_fields
 from typing import Final
 
 from msgspec.structs import replace
@@ -18,6 +19,7 @@ from verne_post.gcode.machining.assumptions import (
     know_axis,
 )
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.watcher import name_new_plane
 from verne_post.gcode.mistyped import UNREADABLE
 from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
@@ -38,6 +40,7 @@ from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.vocabulary import CYCLES
 from verne_post.gcode.siemens.words import Call, WordReader, Words
 from verne_post.gcode.text import decode_line, take_code
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, MoveKind
 
 #: Errors of blocks that lack a tool or its length, or a feed rate.
@@ -83,6 +86,8 @@ class Executor:
         self._modal: Call | None = None
         #: Line, name and place of each cycle called without MCALL since the last one.
         self.lone_calls: list[tuple[int, str, list[float]]] = []
+        self._pattern_line = 0  #: At whose places the cycle of MCALL was called last.
+        self._beside_pattern = 0  #: The first line after that with one more place.
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
         #: A line that was not executed has named axes.
         self.uncertain = False
@@ -152,6 +157,7 @@ class Executor:
         if not self.is_modal(self.modal.name):
             return True
         self._warn_of_modal(words, is_motion=True)
+        self._beside_pattern = self._beside_pattern or (words.line if self._pattern_line else 0)
         self.milling.begin_block()
         self._run_modal(self.modal, words.line)
         return False
@@ -169,16 +175,24 @@ class Executor:
             where = f"M{numbers[0]}"
         else:
             return
-        edits = write_before("MCALL", line=words.line)
-        self.interpreter.core.watcher.report(
-            _name_modal(call), f"at {where}", f"{_END_MODAL} before", words.line, edits
-        )
+        end, edits = self._propose_end(words.line)
+        self.interpreter.core.watcher.report(_name_modal(call), f"at {where}", end, words.line, edits)
+
+    def _propose_end(self, line: int) -> tuple[str, tuple[Remedy, ...]]:
+        """What ends MCALL before a line; a choice where lines behind a pattern have drilled before that too."""
+        edits, end, after = write_before("MCALL", line=line), f"{_END_MODAL} before", self._pattern_line + 1
+        if line > self._beside_pattern >= after > 1:  # which of the places are meant is not known
+            edits = tuple(replace_fields(one, is_choice=True) for one in (*write_before("MCALL", line=after), *edits))
+            end += f", or before line {after} if line {self._beside_pattern} is no place of it"
+        return end, edits
 
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
-        to, end = self.interpreter, f"{_END_MODAL} before"
+        to = self.interpreter
         watcher, recorder = to.core.watcher, to.recorder
-        watcher.report_new_plane(to.state, _name_modal(call), end, "MCALL")
+        if (plane := watcher.find_new_plane(to.state)) is not None:
+            end, edits = self._propose_end(plane.line)
+            watcher.report(_name_modal(call), name_new_plane(plane), end, plane.line, edits, at_plane=True)
         is_said = recorder.is_tcp_said
         # in what directions a hole that is not meant would be cut is no question of its own (VP037)
         recorder.say_tcp(is_said or _name_modal(call) in watcher.told_lines)
@@ -209,6 +223,7 @@ class Executor:
     @modal.setter
     def modal(self, call: Call | None) -> None:
         self._modal = call
+        self._pattern_line = self._beside_pattern = 0
         self.interpreter.core.watcher.last_hole = None
         self.interpreter.modes.cycle = "" if call is None else call.name
 
@@ -364,6 +379,7 @@ class Executor:
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
         here = (to.motion.find_programmed(first), to.motion.find_programmed(second)) if is_placed else None
+        self._pattern_line, self._beside_pattern = line if self.modal else 0, 0
         places = list(list_pattern_places(call, self.variables, self.modes.length, to.state.plane, here))
         for u, v in places:
             to.motion.run_line(block, MoveKind.RAPID, {first: u, second: v})
