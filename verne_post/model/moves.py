@@ -166,6 +166,9 @@ class Event(Struct, frozen=True):
     kind: str
     before: int
     data: dict[str, object] = field(default_factory=dict)
+    place: str = ""  #: Of a subprogram in another file: that and its line, as messages begin; ``line`` calls it.
+    #: There, and of a block that calls such a file: the number of moves after its block.
+    after: int | None = None
 
     def waits(self, *, optional_stop: bool) -> bool:
         """True where the machine waits for a person or a signal; M1 only where it stops."""
