@@ -523,8 +523,8 @@ class Recorder(Struct):
         column: int | None = None,
     ) -> None:
         """Record a warning at the first place alone, with the data that a finding may have."""
-        known = (item.message for item in self.warnings.values() if item.code == code)
-        if not any(one == message or one.endswith(f": {message}") for one in known):
+        known_texts = (item.message for item in self.warnings.values() if item.code == code)
+        if not any(one == message or one.endswith(f": {message}") for one in known_texts):
             self.warn(code, message, line, column, severity, edits)
             key = self.find_key(line, code)
             self.warnings[key] = dataclasses.replace(self.warnings[key], tool=tool, quantity=quantity)

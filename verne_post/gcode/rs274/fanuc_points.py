@@ -54,12 +54,12 @@ def find_mixtures(source: Text, recorder: Recorder, setup: Setup, errors: Iterab
     One finding for the program, and one for each file that it has called, at the first call. Words of lines that have
     an error lack no point: a letter may stand in place of it.
     """
-    called = {setup.name_file(name, "ngc"): text for name, text in setup.subroutines.items()}
-    texts = {"": source, **{name: called[name] for name in recorder.other_files if name in called}}
-    pointed = {name: _find_pointed_line(text) for name, text in texts.items()}
+    called_texts = {setup.name_file(name, "ngc"): text for name, text in setup.subroutines.items()}
+    texts = {"": source, **{name: called_texts[name] for name in recorder.other_files if name in called_texts}}
+    pointed_lines = {name: _find_pointed_line(text) for name, text in texts.items()}
     in_error = [(item.line, item.message) for item in errors]
     for name, text in texts.items():
-        own = name if pointed[name] else next((one for one, line in pointed.items() if line), None)
+        own = name if pointed_lines[name] else next((one for one, line in pointed_lines.items() if line), None)
         if own is None:
             continue
         letters = _list_letters(text)
@@ -71,7 +71,7 @@ def find_mixtures(source: Text, recorder: Recorder, setup: Setup, errors: Iterab
         if bare:
             there = "" if own == name else f" of {own}" if own else " of the program"
             of_units = text if _has_unit(text) else source
-            found = _report_mixture(text, bare, f"line {pointed[own]}{there}", of_units)
+            found = _report_mixture(text, bare, f"line {pointed_lines[own]}{there}", of_units)
             if name:
                 line, message = recorder.other_files[name], f"{name}, line {found.line}: {found.message}"
                 found = replace(found, message=message, line=line, last_line=line, worst_line=line, column=None)
