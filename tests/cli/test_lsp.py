@@ -2558,6 +2558,18 @@ def test_a_subprogram_is_checked_by_its_caller_and_its_caller_with_it(
     assert ("VP110", at) in list_codes(client, program)
 
 
+def test_warnings_of_a_subprogram_stand_in_its_file(client: Client, tmp_path: Path) -> None:
+    """A note stood at its line in the program that calls it; M5 before the cut and a lost point were not told."""
+    (name, text), (below, _called) = CALLS[0]
+    called = "%\nO2000\nM5\nG1 X10. Y#3 Z110. F500.\nX20.\nG0 Z160\nM99\n%\n"
+    path = make_program(tmp_path, called, below, None)
+    program = client.open(make_program(tmp_path, text, name, CALL_SETUP))
+    sub = client.open(path)
+    assert sorted(list_codes(client, sub)) == [("VP038", 6), ("VP039", 4), ("VP050", 3)]
+    at = find_line(text.replace("P2000", "P"), "M98")
+    assert sorted(set(list_codes(client, program))) == [("VP038", at), ("VP039", at), ("VP050", at)]
+
+
 @pytest.mark.parametrize(("main", "called"), CALLS)
 def test_a_subprogram_without_its_caller_has_errors_of_its_words_alone(
     client: Client, tmp_path: Path, main: tuple[str, str], called: tuple[str, str]

@@ -4,6 +4,7 @@ errors.
 
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -593,3 +594,93 @@ def test_wear_of_the_program_is_no_other_length(run: Callable[..., Any], tmp_pat
     answer = run("check", path, "--tool-table", tmp_path / "t.tbl", "--wcs", "G54=0,0,100")
     assert "tool length: tool 1: 79.95 mm" in answer.out
     assert "VP018" not in answer.out
+
+
+OF_FANUC = (
+    "%\nO0001\nG21 G90 G94 G17\nG54\nT1 M6\nS8000 M3\nG0 A0. C0.\nG43 H1 Z160.\nX0. Y0.\nM98 P2000\nG0 Z160.\nM30\n%\n"
+)
+OF_SIEMENS = "G710 G90 G54\nT1 D1\nM6\nS9 M3\nG0 X0 Y0 Z150 A0 C0\nSLOT(3)\nG0 Z160\nM30\n"
+OF_RS274 = "G21 G90\nT1 M6\nG43 H1\nS9 M3\nG0 X0 Y0 Z150 A0 C0\no100 call\nG0 Z160\nM2\n"
+
+
+@pytest.mark.parametrize(
+    ("main", "file", "text", "said"),
+    [
+        # all moves of the file have the line of the call, and so had M5: none of them counted
+        (
+            OF_FANUC,
+            "O2000.nc",
+            "%\nO2000\nM5\nG1 Z110. F500.\nX20.\nM99\n%\n",
+            {"VP050": "line 3: the spindle does not turn in 2 moves at feed rate: this line stops it"},
+        ),
+        (
+            OF_SIEMENS,
+            "SLOT.SPF",
+            "PROC SLOT(REAL L)\nM5\nG1 Z=110 F500\nX=L\nRET\n",
+            {"VP050": "line 2: the spindle does not turn in 2 moves at feed rate: this line stops it"},
+        ),
+        (
+            OF_RS274,
+            "100.ngc",
+            "o100 sub\nM5\nG1 Z110 F500\nX20\no100 endsub\n",
+            {"VP050": "line 2: the spindle does not turn in 2 moves at feed rate: this line stops it"},
+        ),
+        (
+            OF_FANUC.replace("M98", "M5 M98"),
+            "O2000.nc",
+            "%\nO2000\nG1 Z110. F500.\nX20.\nM99\n%\n",
+            {"VP050": ""},
+        ),
+        # M5 acts at the end of its block, and one move is not a cut without it
+        (OF_FANUC, "O2000.nc", "%\nO2000\nG1 Z110. F500.\nX20. M5\nG0 Z160.\nM99\n%\n", {}),
+        # an empty word, told at the line of the file as if it were one of the program; and twice of one code
+        (
+            OF_FANUC,
+            "O2000.nc",
+            "%\nO2000\nG1 Z110. F500.\nG1 X10. Y#3\nG1 X20. Z#4\nG0 Z160.\nM99\n%\n",
+            {"VP039": "line 4: Y has #3", "VP039 ": "line 5: Z has #4"},
+        ),
+        # the lost point: of the file, and of the file alone beside points of the program
+        (OF_FANUC, "O2000.nc", "%\nO2000\nG1 Z110. F500.\nG0 Z160\nM99\n%\n", {"VP038": "line 4: Z160 has no decimal"}),
+        (
+            OF_FANUC,
+            "O2000.nc",
+            "%\nO2000\nG1 Z110 F500\nG0 Z160\nM99\n%\n",
+            {"VP038": "line 3: 2 words (Z110 first; lines 3 to 4) have no decimal point, and words of line 7 of the "},
+        ),
+    ],
+)
+def test_a_warning_in_a_called_file_names_the_file_and_its_line(
+    run: Callable[..., Any], tmp_path: Path, main: str, file: str, text: str, said: dict[str, str]
+) -> None:
+    """Some stood at the line of the file in the program, and others were lost."""
+    ending = {"O": "nc", "S": "mpf"}.get(file[0], "ngc")
+    program = tmp_path / f"plate.{ending}"
+    program.write_text(main, "utf-8")
+    (tmp_path / f"plate.{ending}.toml").write_text("[tools]\n1 = { length = 90 }\n[wcs]\nG54 = [0, 0, 60]\n", "utf-8")
+    (tmp_path / file).write_text(text, "utf-8")
+    found = json.loads(run("check", program, "--output-format", "json").out)["programs"][0]["findings"]
+    call = next(k for k, line in enumerate(main.split("\n"), 1) if re.search("P2000|SLOT|o100", line))
+    there = [one for one in found if one["code"] in ("VP038", "VP039", "VP050")]
+    assert [one["code"] for one in there] == sorted(code.strip() for code in said)
+    assert {one["line"] for one in there} <= {call}
+    for one, part in zip(there, said.values(), strict=True):
+        assert one["message"].startswith(
+            f"{file}, {part}" if part else f"the spindle does not turn in 2 moves at feed rate: line {call}"
+        )
+        assert one["column"] is None
+
+
+def test_an_error_in_a_called_file_that_the_program_has_caused_stands_in_the_program(
+    run: Callable[..., Any], tmp_path: Path
+) -> None:
+    """A line of the program was named as one of the file."""
+    head = "G710 G90 G54\nT1 D1\nM6\nS9 M3\nG0 X0 Y0 Z150 A0 C0\nF500\nMCALL CYCLE81(140,110,2,100)\nX10\n"
+    program = tmp_path / "flange.mpf"
+    program.write_text(f"{head}G0 Z160\nSLOT(3)\nG0 Z160\nM30\n", "utf-8")
+    (tmp_path / "flange.mpf.toml").write_text("[tools]\n1 = { length = 90 }\n[wcs]\nG54 = [0, 0, 60]\n", "utf-8")
+    (tmp_path / "SLOT.SPF").write_text("PROC SLOT(REAL L)\nG1 Z=110 F500\nX=IC(L)\nRET\n", "utf-8")
+    (error,) = json.loads(run("check", program, "--output-format", "json").out)["programs"][0]["findings"]
+    assert (error["code"], error["line"]) == ("VP017", 9)
+    assert error["message"].startswith("MCALL of line 7 still calls CYCLE81; write MCALL alone before line 9 (SLOT.SPF")
+    assert "(SLOT.SPF, line 2: CYCLE81: the tool is at 110 mm" in error["message"]

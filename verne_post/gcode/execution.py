@@ -290,6 +290,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
         main_line = line if stop.past_errors and calls.in_main else 0
         errors: list[ProgramError] = []
         last = line + 1
+        execution.recorder.enter_line(text.name or "", line, shown_line)
         try:
             chunk = run.find_chunk()
             if chunk is None:
@@ -300,12 +301,14 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             if in_main and line == stop.before_line:
                 break
             execution.recorder.note_calls(calls.chain)
-            execution.recorder.is_in_other_file = shown_line is not None
             restart = stop.trace is not None and may_restart(state) and run.may_restart()
             moves = execution.recorder.count
             contour = 0 if state.compensation is None else state.compensation.start_line
             frame = calls.frame
+            n_events, is_compensated = len(execution.recorder.events), state.compensation is not None
             last, errors = run.execute(chunk, stop)
+            if calls.shown_line is not None or shown_line is not None:
+                execution.recorder.end_block(n_events, is_compensated=is_compensated)
             if calls.text is not text or calls.frame is not frame:
                 loop.calls_now = True
             elif calls.line <= line:
@@ -341,6 +344,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             if stop.trace is not None:
                 stop.trace.is_met = True
             break
+    execution.recorder.place = None
     return execution
 
 

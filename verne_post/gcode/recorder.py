@@ -149,6 +149,18 @@ def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> N
             np.copyto(end, words, where=named_words)
 
 
+class OtherFile(NamedTuple):
+    """A line of another file that is executed; moves and events have the line that calls it, ``shown_line``."""
+
+    name: str
+    line: int
+    shown_line: int
+
+    def name_line(self) -> str:
+        """As errors there begin; empty where that file calls a subprogram of the program itself."""
+        return f"{self.name}, line {self.line}: " if self.name else ""
+
+
 class Recorder(Struct):
     """Collects motion row by row or block by block, and freezes it into a Moves table."""
 
@@ -161,15 +173,17 @@ class Recorder(Struct):
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
-    #: Warnings by line and code: a line that is executed again is counted, not reported again.
-    warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
+    #: Warnings by line (as it is named, of another file) and code: a line that is executed again is counted, not
+    #: reported again.
+    warnings: dict[tuple[int | str, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     tcp_ends: list[PlaneCall] = field(default_factory=list)
     calls: list[CallSpan] = field(default_factory=list)
-    is_in_other_file: bool = False  #: In a subprogram of another file, of which only the line of its call is known.
+    place: OtherFile | None = None  #: What is executed of another file.
+    other_files: dict[str, int] = field(default_factory=dict)  #: The files that were called: the line of each first.
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
     read_tools: set[int] = field(default_factory=set)
@@ -212,6 +226,12 @@ class Recorder(Struct):
     def give_up(self, line: int) -> None:
         """An error has ended the execution of a line, whatever is done about it afterwards."""
         self.given_up_line = self.given_up_line or line
+
+    def enter_line(self, file: str, line: int, shown_line: int | None) -> None:
+        """A line comes next; ``shown_line`` calls the ``file`` in which it stands, None for the program itself."""
+        self.place = None if shown_line is None else OtherFile(file, line, shown_line)
+        if shown_line is not None and file:
+            self.other_files.setdefault(file, shown_line)
 
     def note_calls(self, chain: tuple[tuple[int, int], ...]) -> None:
         """The next moves are made inside these calls."""
@@ -446,13 +466,22 @@ class Recorder(Struct):
 
     def record_event(self, line: int, kind: str, **data: object) -> None:
         """Record an auxiliary function, a message, a stop or a call."""
-        self.events.append(Event(line, kind, self.count, data))
+        place = self.place.name_line() if self.place is not None else ""
+        self.events.append(Event(line, kind, self.count, data, place))
         self.lacks_feed |= kind == "tool"
 
     def record_tool(self, line: int, kind: str, number: int, data: dict[str, object]) -> None:
         """Record that a tool is selected or comes into the spindle, by the number that it has in here."""
         self.record_event(line, kind, **data)
         self.events[-1] = replace(self.events[-1], tool=number)
+
+    def end_block(self, first_event: int, *, is_compensated: bool) -> None:
+        """A block of another file, or one that calls it, has ended: its events know which moves are its own.
+
+        They begin with number ``first_event``. Cutter compensation records its move later.
+        """
+        for at in range(first_event, len(self.events)):
+            self.events[at] = replace(self.events[at], after=self.count + is_compensated)
 
     def note_feed(self, count: int | None = None) -> None:
         """A feed rate is given, before the move of a number or the next one."""
@@ -471,8 +500,12 @@ class Recorder(Struct):
         advice: str | None = None,
     ) -> None:
         """Record a warning; ``severity`` and ``advice`` where those of the code are others."""
-        before = self.warnings.get((line, code))
-        self.warnings[line, code] = (
+        key = self.find_key(line, code)
+        if isinstance(key[0], str) and self.place is not None:
+            message, line, column = f"{key[0]}{message}", self.place.shown_line, None
+            edits = tuple(one for one in edits if one.key)
+        before = self.warnings.get(key)
+        self.warnings[key] = (
             make_finding(
                 code,
                 message,
@@ -500,10 +533,17 @@ class Recorder(Struct):
         column: int | None = None,
     ) -> None:
         """Record a warning at the first place alone, with the data that a finding may have."""
-        if not any(item.code == code and item.message == message for item in self.warnings.values()):
+        known_texts = (item.message for item in self.warnings.values() if item.code == code)
+        if not any(one == message or one.endswith(f": {message}") for one in known_texts):
             self.warn(code, message, line, column, severity, edits)
-            item = self.warnings[line, code]
-            self.warnings[line, code] = dataclasses.replace(item, tool=tool, quantity=quantity)
+            key = self.find_key(line, code)
+            self.warnings[key] = dataclasses.replace(self.warnings[key], tool=tool, quantity=quantity)
+
+    def find_key(self, line: int, code: str) -> tuple[int | str, str]:
+        """The key of a warning; its line is named where it is the one that is executed of another file."""
+        place = self.place
+        is_there = place is not None and line in (place.line, place.shown_line)
+        return (place.name_line() or line if place is not None and is_there else line), code
 
     def _flush(self, count: int) -> None:
         """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""

@@ -170,6 +170,9 @@ class Event(Struct, frozen=True):
     kind: str
     before: int
     data: dict[str, object] = field(default_factory=dict)
+    place: str = ""  #: Of a subprogram in another file: that and its line, as messages begin; ``line`` calls it.
+    #: There, and of a block that calls such a file: the number of moves after its block.
+    after: int | None = None
     #: Number of the tool here, also of a tool that has only a name and so no number in ``data``.
     tool: int = 0
 

@@ -284,7 +284,7 @@ class KlartextFunctions:
             if self.contour.per_turn != (number == 136):
                 self._end_feed(number)
             self.contour.per_turn, recorder = number == 136, self.core.recorder
-            self.contour.turn_line = 0 if recorder.is_in_other_file or number == 137 else self.frames.block.line
+            self.contour.turn_line = 0 if recorder.place is not None or number == 137 else self.frames.block.line
             recorder.turn_feeds.append((self.contour.turn_line, recorder.count))
         elif number in (109, 110):
             self.core.set_arc_feed(ARC_FEEDS[number])

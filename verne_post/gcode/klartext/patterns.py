@@ -247,7 +247,7 @@ class KlartextPatterns:
         for definition in cycle.definitions:
             if (at := find_parameter(definition, Q.DEPTH)) is not None:
                 line, column = definition.find_place(at)
-        if (line, "VP007") not in self.core.recorder.warnings:
+        if self.core.recorder.find_key(line, "VP007") not in self.core.recorder.warnings:
             text = f"Q201=0: the control does not run cycle {cycle.number} with depth 0; write the depth, below 0"
             self.core.recorder.warn("VP007", text, line, column, "warning")
 

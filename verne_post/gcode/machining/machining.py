@@ -112,7 +112,7 @@ def name_feed_mode(core: "Machining", mode: FeedMode, line: int) -> None:
     core.set_feed_mode(mode)
     core.word_lines["G93"] = line if mode == _INVERSE else 0
     if mode == _PER_REVOLUTION:
-        core.recorder.turn_feeds.append((0 if core.recorder.is_in_other_file else line, core.recorder.count))
+        core.recorder.turn_feeds.append((0 if core.recorder.place is not None else line, core.recorder.count))
 
 
 def explain_inverse_time(core: "Machining", error: ProgramError) -> ProgramError:

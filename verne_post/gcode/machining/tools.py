@@ -255,12 +255,13 @@ class Tools:
             text = f"T{number} only selects the tool, and no M6 loads it: {puts}; write {last.describe_change()}"
             self.recorder.note_once("VP041", text, last.line, last.propose_change(), number, "length")
             return True
-        change = next((one.line for one in reversed(self.recorder.events) if one.kind == "tool"), 0)
+        change = next((one.place or one.line for one in reversed(self.recorder.events) if one.kind == "tool"), 0)
         warning = warnings.get((change, "VP041"))
         if warning is None or (last is not None and not last.is_loaded):
             return False
         if warning.tool is None:
             text = f"M6 without T loads no other tool: {puts}; write T{number} before M6"
+            text = f"{change}{text}" if isinstance(change, str) else text
             warnings[change, "VP041"] = dataclasses.replace(warning, message=text, tool=number, quantity="length")
         return True
 
@@ -288,7 +289,9 @@ class Tools:
         if not any(item.code == "VP041" and item.tool == number for item in warnings.values()):
             edits: tuple[Remedy, ...] = () if is_staged else (own,)
             for place, item in list(warnings.items()) if last and last[0].number == tool and edits else ():
-                if (item.code, item.tool, item.quantity) == ("VP049", number, "length") and place[0] > last[0].line:
+                if (item.code, item.tool, item.quantity) == ("VP049", number, "length") and (item.line or 0) > last[
+                    0
+                ].line:
                     # H and D agree: T is as likely to be wrong
                     edit_of_tool = Remedy(
                         f"write T{number}", f"T{number}", line=last[0].line, misspelt=f"T{tool}", is_choice=True

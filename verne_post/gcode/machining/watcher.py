@@ -85,15 +85,17 @@ class Watcher(Struct):
 
         ``otherwise`` has the place of a missing end where no VP043 has told it.
         """
-        line = self.told_lines.pop(what, 0)
-        warning = self.recorder.warnings.get((line, "VP043"))
-        if warning is not None and warning.message.startswith(what):
-            del self.recorder.warnings[line, "VP043"]
-            error.edits = warning.edits
-        where = f"before line {line}" if line else otherwise
+        line, place, file = self.told_lines.pop(what, 0), self.recorder.place, ""
+        warnings = self.recorder.warnings
+        for key in [key for key, item in warnings.items() if key[1] == "VP043" and f": {what}" in f": {item.message}"]:
+            error.edits = warnings.pop(key).edits if line else error.edits
+            file = key[0].removesuffix(": ") if isinstance(key[0], str) else ""
+        where = f"before {file or f'line {line}'}" if line else otherwise
         why = error.message
-        if line and line != here and not error.line:
-            error.line, error.column, why = line, None, f"line {here}: {why}"
+        if line and line != here and not error.line and not file:  # VP043 is one of the program itself
+            in_file = place.name_line() if place is not None and here == place.shown_line else ""
+            error.line, error.column, error.of_program = line, None, True
+            why = f"{in_file or f'line {here}: '}{why}"
         error.message = f"{what}; {end}{where and f' {where}'} ({why})"
 
 

@@ -52,7 +52,7 @@ from verne_post.gcode.rs274.fanuc_points import (
     INCREMENT,
     find_length_without_unit,
     find_lines_without_point,
-    find_mixture,
+    find_mixtures,
     find_unrounded,
     scale_words,
 )
@@ -640,9 +640,10 @@ def execute_fanuc(source: Text, setup: Setup, state: State, stop: StopConditions
     execution = execute_blocks(source, setup, state, stop, FanucInterpreter)
     keys = read_keys(FanucKeys, setup.control.get("fanuc", {}))
     if setup.machine and stop == StopConditions():
-        wrong = {item.line for item in execution.errors}
-        if not keys.decimal_point and (found := find_mixture(source, wrong)):
-            execution.recorder.warnings[found.line or 1, found.code] = found
+        recorder = execution.recorder
+        for found in () if keys.decimal_point else find_mixtures(source, recorder, setup, execution.errors):
+            place = found.line or 1 if found.column is not None else found.message
+            recorder.warnings[place, found.code] = found
         if not keys.units and (line := find_length_without_unit(source)):
             execution.recorder.note_once("VP039", _NO_UNIT, line)
     return execution

@@ -1,7 +1,8 @@
 """Words of Fanuc programs without a decimal point: X20 is 20 mm or 20 least increments, by a setting."""
 
 import re
-from collections.abc import Container, Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,7 +11,9 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text, take_line
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.fanuc_codes import NURBS, PATTERNS, PLANE, POCKETS, ROTATION
+from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import FeedMode
@@ -45,15 +48,39 @@ _WEIGHTS: Final = re.compile(rb"G0*6\.2", re.IGNORECASE)
 _PLAIN: Final = b"XYZUVWABC"
 
 
-def find_mixture(source: Text, wrong: Container[int | None] = ()) -> Finding | None:
-    """VP038: a program with words both with and without a decimal point, whose control nobody has described.
+def find_mixtures(source: Text, recorder: Recorder, setup: Setup, errors: Iterable[Finding]) -> Iterator[Finding]:
+    """VP038: words both with and without a decimal point, and nobody has described the control.
 
-    Words of ``wrong`` lines, which have an error, lack no point: a letter may stand in place of it.
+    One finding for the program, and one for each file that it has called, at the first call. Words of lines that have
+    an error lack no point: a letter may stand in place of it.
     """
-    letters = _list_letters(source)
-    pointed_line = next((line for line, _column, _word in _find_words(source, _POINTED_WORD, letters)), None)
-    bare = [] if pointed_line is None else [one for one in _find_words(source, _BARE, letters) if one[0] not in wrong]
-    return None if pointed_line is None or not bare else _report_mixture(source, bare, pointed_line)
+    called_texts = {setup.name_file(name, "ngc"): text for name, text in setup.subroutines.items()}
+    texts = {"": source, **{name: called_texts[name] for name in recorder.other_files if name in called_texts}}
+    pointed_lines = {name: _find_pointed_line(text) for name, text in texts.items()}
+    in_error = [(item.line, item.message) for item in errors]
+    for name, text in texts.items():
+        own = name if pointed_lines[name] else next((one for one, line in pointed_lines.items() if line), None)
+        if own is None:
+            continue
+        letters = _list_letters(text)
+        wrong = {line for line, _message in in_error}
+        if name:
+            heads = (re.match(re.escape(name) + r", line (\d+): ", message) for _line, message in in_error)
+            wrong = {int(head[1]) for head in heads if head is not None}
+        bare = [one for one in _find_words(text, _BARE, letters) if one[0] not in wrong]
+        if bare:
+            there = "" if own == name else f" of {own}" if own else " of the program"
+            of_units = text if _has_unit(text) else source
+            found = _report_mixture(text, bare, f"line {pointed_lines[own]}{there}", of_units)
+            if name:
+                line, message = recorder.other_files[name], f"{name}, line {found.line}: {found.message}"
+                found = replace(found, message=message, line=line, last_line=line, worst_line=line, column=None)
+            yield found
+
+
+def _find_pointed_line(source: Text) -> int | None:
+    """The first line with a decimal point."""
+    return next((line for line, _column, _word in _find_words(source, _POINTED_WORD, _list_letters(source))), None)
 
 
 def _list_letters(source: Text) -> bytes:
@@ -82,9 +109,14 @@ def list_missing_points(text: str) -> list[int]:
     return [one.end() for one in _BARE.finditer(source) if _is_counted(one, letters)]
 
 
+def _has_unit(source: Text) -> bool:
+    """Whether a text has G20 or G21."""
+    return any(match[1] is not None for text in read_whole_lines(source) for match in _UNIT.finditer(text))
+
+
 def find_length_without_unit(source: Text) -> int | None:
     """Line of the first X, Y or Z of a program that has neither G20 nor G21; None where it has one, or no lengths."""
-    if any(match[1] is not None for text in read_whole_lines(source) for match in _UNIT.finditer(text)):
+    if _has_unit(source):
         return None
     found = [next(_find_words(source, pattern, b"XYZ"), None) for pattern in (_POINTED_WORD, _BARE)]
     return min((place[0] for place in found if place is not None), default=None)
@@ -104,8 +136,11 @@ def _find_words(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> I
         line += text.count(b"\n", start)
 
 
-def _report_mixture(source: Text, bare: list[tuple[int, int, str]], pointed_line: int) -> Finding:
-    """What the first word is here, what it would be for a control that counts increments, and how many there are."""
+def _report_mixture(source: Text, bare: list[tuple[int, int, str]], pointed_line: str, of_units: Text) -> Finding:
+    """What the first word is here, what it would be for a control that counts increments, and how many there are.
+
+    ``of_units`` is the text that says G20 or G21.
+    """
     (line, column, word), last_line = bare[0], bare[-1][0]
     number = "".join(word[1:].split())
     code = _REMARK.sub(b"", take_line(source, line) or b"")
@@ -114,7 +149,9 @@ def _report_mixture(source: Text, bare: list[tuple[int, int, str]], pointed_line
     elif word[0].upper() in f"{_ANGLES}IJK" or (word[0].upper() == "R" and _TURN.search(code) is not None):
         units = ["degrees"]
     else:
-        named_codes = {match[1][-1:] for text in read_whole_lines(source) for match in _UNIT.finditer(text) if match[1]}
+        named_codes = {
+            match[1][-1:] for text in read_whole_lines(of_units) for match in _UNIT.finditer(text) if match[1]
+        }
         units = [unit for unit, code in (("mm", b"1"), ("inch", b"0")) if not named_codes or code in named_codes]
     steps = [
         f"{float(number) * (_INCREMENT_INCH if unit == 'inch' else INCREMENT):.9f}".rstrip("0").rstrip(".")
@@ -127,7 +164,7 @@ def _report_mixture(source: Text, bare: list[tuple[int, int, str]], pointed_line
         subject, it, point = f"{len(bare)} words ({word} first; {lines}) have", word, "points"
     return make_finding(
         "VP038",
-        f"{subject} no decimal point, and words of line {pointed_line} have one: {it} is read as {number} "
+        f"{subject} no decimal point, and words of {pointed_line} have one: {it} is read as {number} "
         f"{' or '.join(units)}; a control set otherwise counts increments, and reads {counted_values}; write the "
         f'{point}, or say which is meant: [fanuc] decimal_point = "calculator" ({number} {units[0]}) or '
         f'"conventional" ({steps[0]} {units[0]}) in verne-post.toml',

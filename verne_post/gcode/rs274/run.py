@@ -183,7 +183,8 @@ class _BlockRun:
         for number in find_divided(text, line):
             own = [one for one in errors if number.begin <= (one.column or 0) <= number.end and one.code != "VP008"]
             if own:
-                self.flow.interpreter.recorder.warnings.pop((line, "VP001"), None)
+                recorder = self.flow.interpreter.recorder
+                recorder.warnings.pop(recorder.find_key(line, "VP001"), None)
                 recovery.pass_unread(text, line)
                 return [number.error, *(one for one in errors if one not in own and one.code not in OF_WORDS)]
         return errors
@@ -329,7 +330,7 @@ def _is_executed(raw: bytes, setup: Setup) -> bool:
     return bool(raw.strip()) and not (setup.block_delete and raw.lstrip().startswith(b"/"))
 
 
-def _find_columns_of_warnings(warnings: dict[tuple[int, str], Finding], first: int, raw: bytes) -> None:
+def _find_columns_of_warnings(warnings: dict[tuple[int | str, str], Finding], first: int, raw: bytes) -> None:
     """The same for the warnings of the line: those from number ``first`` on."""
     for key, item in list(warnings.items())[first:]:
         if item.column is not None and item.column < 0:
