@@ -131,4 +131,4 @@ def _restore_functions(state: State, events: list[Event], line: int) -> tuple[Ev
     if state.overrides != OVERRIDES:
         functions.append(("override", dict(state.overrides)))
     tool = state.loaded_tool or 0
-    return tuple(Event(line, kind, 0, data, tool if kind == "tool" else 0) for kind, data in functions)
+    return tuple(Event(line, kind, 0, data, tool=tool if kind == "tool" else 0) for kind, data in functions)
