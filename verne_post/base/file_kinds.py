@@ -7,8 +7,10 @@ from typing import Final
 #: So much of a file is looked at; TOML files of these kinds are smaller.
 _LOOKED_AT: Final = 1 << 20
 _STL_HEADER, _STL_FACET = 84, 50
-#: The first words of a program in any of the languages, or a remark before them.
-_PROGRAM: Final = re.compile(rb"(%|\(|;|PARTNO|\d*\s*BEGIN PGM|N\d+ |O\d+|[GTMS]\d+[ A-Z\r\n])[^\n]*\n", re.IGNORECASE)
+#: The first words of a program in any of the languages, with remarks before them.
+_PROGRAM: Final = re.compile(
+    rb"(?:[(;][^\n]*\n\s*)*(%|PARTNO|\d*\s*BEGIN PGM|N\d+ |O\d+|[GTMS]\d+[ A-Z\r\n])[^\n]*\n", re.IGNORECASE
+)
 #: Kind -> how such a text begins, and where it belongs; the first one that fits counts.
 _TEXTS: Final = {
     "a setpoint file": (

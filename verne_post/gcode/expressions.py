@@ -236,7 +236,7 @@ class ValueReader:
             self.at = match.end()
             if not match.group(1):
                 raise self._refuse_name(begin, "the name of a parameter is missing")
-            if self.characters[self.at : self.at + 1] == ">" and not self._compares_here():
+            if self.characters[self.at : self.at + 1] == ">" and not self._is_comparison():
                 raise self._refuse_name(begin, "the > is there twice")
             return match.group(1).lower()
         if self.characters[begin : begin + 1] == "<":
@@ -256,11 +256,11 @@ class ValueReader:
             raise self.error("VP025", f"#{value:g}: the index of a parameter is a whole number", begin)
         return index
 
-    def _compares_here(self) -> bool:
+    def _is_comparison(self) -> bool:
         """Whether the > after a name in brackets is a comparison: a value follows; before a sign, a blank is too."""
         is_apart = self.places[self.at] > self.places[self.at - 1] + 1
-        compared = _COMPARED if is_apart else _COMPARED_JOINED
-        return self._depth > 0 and compared.match(self.characters, self.at) is not None
+        pattern = _COMPARISON if is_apart else _COMPARISON_JOINED
+        return self._depth > 0 and pattern.match(self.characters, self.at) is not None
 
     def _refuse_name(self, begin: int, what: str) -> ProgramError:
         """The error of a name in <> after the character before ``begin``, with the name that is meant."""
@@ -506,8 +506,8 @@ _WORDS: Final = (*_COMPARING, "AND", "OR", "XOR", "MOD")
 #: A name of a function with digits in place of letters.
 _WITH_DIGITS: Final = re.compile(r"((?=[A-Z0-9]*\d)[A-Z0-9]{2,6})\[")
 _MEANT_LETTERS: Final = str.maketrans("015", "OIS")
-_COMPARED_JOINED: Final = re.compile(r">=?(?:[\d.#\[]|[A-Z]+\[)")
-_COMPARED: Final = re.compile(rf"{_COMPARED_JOINED.pattern}|>=?[+-]")
+_COMPARISON_JOINED: Final = re.compile(r">=?(?:[\d.#\[]|[A-Z]+\[)")
+_COMPARISON: Final = re.compile(rf"{_COMPARISON_JOINED.pattern}|>=?[+-]")
 _SIGN: Final = re.compile("<>|[<>=!]=|[<>=]")
 FUNCTIONS_LONGEST_FIRST: Final = sorted([*FUNCTIONS, "ATAN", "EXISTS"], key=len, reverse=True)
 MACRO_LONGEST_FIRST: Final = sorted(

@@ -101,7 +101,7 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
         if swapped_words := _find_swapped(text, begin):
             return swapped_words
         kind = "C" if _DIRECTION.search(text, begin) else "L"
-        right = f"{_tell_path(kind, text[begin:]) or kind} {place}"
+        right = f"{_name_path(kind, text[begin:]) or kind} {place}"
         what = f"{place}: coordinates without a path function before them; write {right}"
         return ProgramError("VP001", what, begin + 1, edits=write_words(place, right, line=line))
     if joined_label := _JOINED_LABEL.match(text, begin):
@@ -170,10 +170,10 @@ def _find_path(text: str) -> str:
         return ""
     kind = "L" if "L" in match[1] else "C"
     # of arcs C, CT and CTP have the same words
-    return _tell_path(kind, text) or (kind if kind == "L" or match[1] == "CC" else "")
+    return _name_path(kind, text) or (kind if kind == "L" or match[1] == "CC" else "")
 
 
-def _tell_path(kind: str, text: str) -> str:
+def _name_path(kind: str, text: str) -> str:
     """The path function, a line (L) or an arc (C), that the words of a block tell apart from others; empty if none."""
     return next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
 

@@ -142,8 +142,8 @@ class State(Struct):
 
 def describe_tool_event(state: State, number: int) -> dict[str, object]:
     """What an event says of a tool: its number, None where it has only a name, and its name where it has one."""
-    shown = None if number >= FIRST_NAMED_TOOL else number
-    return {"number": shown} | ({"name": state.tool_names[number]} if number in state.tool_names else {})
+    shown_number = None if number >= FIRST_NAMED_TOOL else number
+    return {"number": shown_number} | ({"name": state.tool_names[number]} if number in state.tool_names else {})
 
 
 def name_unit_of_speed(state: State) -> dict[str, object]:

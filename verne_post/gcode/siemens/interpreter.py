@@ -75,7 +75,7 @@ class SiemensInterpreter:
             self.recorder.record_event(words.line, "without effect", word=name)
         for name in words.user_names:
             self.core.auxiliary.execute_meaning(block, name, self.setup.remap[name], {})
-        for name in words.ignored:
+        for name in words.ignored_calls:
             self.recorder.record_event(words.line, "without effect", word=f"{name}()", why=IGNORED)
         if words.counts_turns:
             self.recorder.note_once("VP039", f"{words.counts_turns}: {_TIP_ALONE}", words.line)

@@ -160,7 +160,7 @@ class Words(Struct):
     calls: list[Call] = field(default_factory=list)
     no_effect: list[tuple[str, int]] = field(default_factory=list)
     user_names: list[str] = field(default_factory=list)  # names that [remap] gives a meaning
-    ignored: list[str] = field(default_factory=list)  # calls with values that [remap] ignores
+    ignored_calls: list[str] = field(default_factory=list)  # calls with values that [remap] ignores
     counts_turns: str = ""  # FGROUP that names rotary axes beside others
     modal_call: int | None = None  # column of MCALL
     used_words: set[str] = field(default_factory=set)
@@ -397,7 +397,7 @@ class WordReader:
         if name in self.user_names:
             words.user_names.append(name)
             if self.user_names[name] == "ignore" and any(one.text.strip() for one in arguments):
-                words.ignored.append(name)
+                words.ignored_calls.append(name)
         elif name in NO_EFFECT:
             words.no_effect.append((name, at + 1))
         elif name in ("TRAORI", "TRAFOOF"):
