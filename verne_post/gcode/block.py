@@ -48,7 +48,7 @@ KEYWORDS: Final = (
 )
 #: Where one keyword begins another the longer comes first.
 _KEYWORD: Final = re.compile(rf"(?:{'|'.join(sorted(KEYWORDS, key=len, reverse=True))})(?![A-Z])")
-_OPERAND: Final = r"(?:#(?:\d+|<[^>]*>)|\[[^\[\]]*\]|\d+\.?\d*|\.\d+)"
+_OPERAND: Final = r"(?:#(?:\d+|<[^>]*>)|\[[^\[\]]*\]|\d++\.?\d*+|\.\d++)"
 #: What stands between two operands; a sign that stands at the second alone may be of a word without its letter.
 _OPERATOR: Final = r"[ \t]*(?:[*/]|(?<![ \t])[-+]|[-+](?=[ \t]))[ \t]*"
 #: Words that no expression gives a number.

@@ -75,7 +75,7 @@ _NUMBER_OF_BLOCK: Final = re.compile(r"^[ \t]*(N\d+)[ \t](\d+)([G#]|(?:END|WHILE
 #: In blocks of letters and numbers: the first digit before its letter, and a # before the letter.
 _WRONG_ORDER: Final = (
     (
-        re.compile(r"(?<![\w.\])#])(?<!\d\.[ \t])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
+        re.compile(r"(?<![\w.\])#])(?<!\d\.[ \t])(\d)([A-Z])(\d*+\.?\d*+)(?![\w#\[])", re.IGNORECASE),
         _BEFORE_LETTER,
         r"\2\1\3",
     ),
@@ -118,7 +118,7 @@ _LETTER_OF_CODE: Final = {"4": "P", "41": "D", "42": "D", "43": "H", "43.4": "H"
 _FIRST_WORD: Final = re.compile(r"[ \t]*([ABHM](\d+))(?![\d.])(?=[ \t]*[A-Z])", re.IGNORECASE)
 #: A G code, and a number behind a blank.
 _WITHOUT_LETTER: Final = re.compile(r"(G[ \t]*\d+(?:\.\d)?)[ \t]+(\d+\.?\d*|\.\d+)(?![A-Z\d.])", re.IGNORECASE)
-_CHANGED_BEHIND_CODE: Final = re.compile(r"[GM]\d+(?:\.\d)?[ \t]+(\d)([A-Z])(\d*\.?\d*)(?!\w)", re.IGNORECASE)
+_CHANGED_BEHIND_CODE: Final = re.compile(r"[GM]\d+(?:\.\d)?[ \t]+(\d)([A-Z])(\d*+\.?\d*+)(?!\w)", re.IGNORECASE)
 _NUMBER_WITH_I: Final = re.compile(r"N\d*I\d+(?!\S)", re.IGNORECASE)
 _BLOCKS: Final = ("", "rs274", "fanuc")
 #: Characters of such a word, so that long lines of digits take no time.

@@ -26,7 +26,9 @@ KEYWORD: Final = re.compile(
     r"|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
 )
 #: A coordinate, where a keyword is to stand.
-_COORDINATE: Final = re.compile(r"I?(?:[XYZABCUVW]|P[AR])[ \t]*[-+]?(?:\d+[.,]?\d*|[.,]\d+|Q[LR]?\d+(?![ \t]*=))(?!\w)")
+_COORDINATE: Final = re.compile(
+    r"I?(?:[XYZABCUVW]|P[AR])[ \t]*[-+]?(?:\d++[.,]?\d*+|[.,]\d++|Q[LR]?\d++(?![ \t]*=))(?!\w)"
+)
 #: What a coordinate begins with, one with a slip in its number too.
 _AXIS: Final = re.compile(r"I?(?:[XYZABCUVW]|P[AR])[-+.,\dQ=]")
 #: Statements that coordinates follow.

@@ -28,7 +28,7 @@ _END_WITHOUT_M: Final = re.compile(r"(?:N\d+[ \t]+)?(30|0?2|17)[ \t]*", re.IGNOR
 #: A number of a block, code, tool or edge with a sign.
 _SIGNED_COUNT: Final = re.compile(r"([GMNTDR])[-+](\d+)(?![\w.])", re.IGNORECASE)
 #: A number with its sign behind it.
-_SIGN_BEHIND: Final = re.compile(r"(?<![A-Za-z_$])([XYZABCIJK])(\d+\.?\d*|\.\d+)[-+](?:\s|$)", re.IGNORECASE)
+_SIGN_BEHIND: Final = re.compile(r"(?<![A-Za-z_$])([XYZABCIJK])(\d++\.?\d*+|\.\d++)[-+](?:\s|$)", re.IGNORECASE)
 #: A number in which a small L stands for 1, as far as the L.
 _BEFORE_L: Final = re.compile(r"(?<![A-Za-z_])[A-Za-z]\w*=?[-+]?[\d.]+$")
 #: A G function and an address that no blank divides, and a variable and a word.
@@ -55,7 +55,7 @@ _LETTER_OF_DIGIT: Final = re.compile(
     r"(?<![A-Z_$\d.=])([A-Z][-+]?)(\d{0,9}\.?\d{0,9})([QWERTYUIP])(\d{0,9}\.?\d{0,9})(?![\w.=(\[])", re.IGNORECASE
 )
 #: A radius as other languages write it, a word that it may be glued to, an arc, its end, its centre or radius.
-_RADIUS: Final = re.compile(r"R[ \t]*=?[ \t]*([-+]?(?:\d+\.?\d*|\.\d+))(?![\d_.]|[ \t]*[-+*/=(\[])", re.IGNORECASE)
+_RADIUS: Final = re.compile(r"R[ \t]*=?[ \t]*([-+]?(?:\d++\.?\d*+|\.\d++))(?![\d_.]|[ \t]*[-+*/=(\[])", re.IGNORECASE)
 _WORD_BEFORE: Final = re.compile(r"[A-Z][-+]?[\d.]{1,20}$", re.IGNORECASE)
 _MOTION: Final = re.compile(r"(?<![A-Z_$\d])G0?[0-3](?![\d.])", re.IGNORECASE)
 _END_OF_ARC: Final = re.compile(r"(?<![A-Z_$])[XYZ][ \t]*[-+.\d=]", re.IGNORECASE)
