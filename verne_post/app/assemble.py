@@ -293,12 +293,13 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)
+    from_move = 0 if restart is None else restart.move
     checked = [
-        *check_setup(moves, path, machine, options, 0 if restart is None else restart.move),
+        *check_setup(moves, path, machine, options, from_move),
         *check_diameters(source, moves, options),
         *turns,
     ]
-    read = drop_helices(moves.findings, moves, 0 if restart is None else restart.move)
+    read = drop_helices(moves.findings, moves, from_move)
     checked += find_unexecuted_moves(source, moves)
     findings = tuple(place_at_plane(source, item) for item in (*checked, *read))
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)

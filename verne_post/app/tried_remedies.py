@@ -442,7 +442,7 @@ def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) 
             if not left or len(beside) != 2 or not min(beside) <= read_number(value) <= max(beside):
                 continue
             left -= 1
-            changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
+            changed = change_number(text, word, value).encode()
             if _is_right_with(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program):
                 said = f"{letter}{value} may be meant in line {number}, its point is missing: within limits with it"
                 return Remedy(said, value, line=number, word=(letter, float(word[2])), is_choice=True)

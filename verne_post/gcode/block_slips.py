@@ -74,8 +74,7 @@ _OF_AXIS: Final = re.compile(r"_[a-cu-z]>", re.IGNORECASE)
 _HEAD: Final = re.compile(r"[ \t]*([IKLP](\d{2,9}))[ \t]*(?:\(|$)", re.IGNORECASE)
 _BEFORE_HEAD: Final = re.compile(rb"\s*(?:%|(?:N\s*\d+\s*)?M\s*0*(?:2|30|99)\b)", re.IGNORECASE)
 _LENGTH_OR_MOVE: Final = re.compile(r"(?<![A-Z_#<])(H0*([0-3]))(?![\d.])", re.IGNORECASE)
-#: A variable that is set, whose # is the 3 of its key, and E beside G41 or G42, whose D has the key beside.
-_NUMBER_OF_VARIABLE: Final = re.compile(r"[ \t]*(3\d{1,5})[ \t]*=")
+#: E beside G41 or G42, whose D has the key beside.
 _EDGE: Final = re.compile(r"E(\d{1,3})(?![\d.])", re.IGNORECASE)
 _OF_CONTOUR: Final = re.compile(r"G4[12](?![\d.])", re.IGNORECASE)
 _CALL_SWAPPED: Final = re.compile(r"M89(?=[ \t]*P[ \t]*\d)", re.IGNORECASE)
@@ -107,9 +106,6 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
     if item.code == "VP001" and (match := _BARE_NAME.match(text)) and _is_at(match, item, 1):
         message = f"{match[1]}: a name without # before it; did you mean #{match[1]}?"
         return replace(item, message=message, column=match.start(1) + 1)
-    if item.code == "VP001" and (match := _NUMBER_OF_VARIABLE.match(text)) and _is_at(match, item, 1):
-        edits = propose_words(item, match[1], [f"#{match[1][1:]}", f"#{match[1]}"])
-        return replace(item, edits=edits)
     if item.code == "VP001" and text.strip() == "%":
         return replace(item, edits=(Remedy("take % out", misspelt="%", line=item.line or 0),))
     if item.code == "VP006" and (match := _EDGE.match(text, (item.column or 1) - 1)) and _OF_CONTOUR.search(text):

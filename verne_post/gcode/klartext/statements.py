@@ -366,7 +366,7 @@ def _name_choices(error: ProgramError, keyword: str, labels: list[str], line: in
     rights = [f"{keyword} {one}" if is_count(one) else f'{keyword} "{one}"' for one in dict.fromkeys(labels)]
     if 0 < len(rights) <= _MOST_LABELS:
         error.message += f"; write {' or '.join(rights)}"
-        error.edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=keyword, is_choice=True) for one in rights)
+        error.edits = write_words(keyword, *rights, line=line, is_choice=True)
 
 
 def find_equals(statement: Statement, text: str, at: int) -> ProgramError | None:
