@@ -446,7 +446,7 @@ def test_an_empty_folder_does_not_stop_the_programs_beside_it(folder: Path, run:
     batch = run("batch", "empty", "none*.nc", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
     assert all(text in checked.out and text in batch.err for text in lacking)
     assert "in/p0.nc: can run on VERNE" in checked.out
-    assert "3 programs: 1 can run, 1 refused, 1 not read" in checked.out
+    assert "3 programs: 1 can run, 2 not read" in checked.out
     assert Path("out/p0.csv").exists()
     assert checked.code == batch.code == 2
     assert "empty: VP022 error: is a folder without programs" in run("convert", "empty", *PLACE).err

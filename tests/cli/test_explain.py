@@ -932,6 +932,8 @@ def test_every_word_is_explained_for_itself() -> None:
         ("SEQ-", ("Klartext: chooses the sign of the tilting axis",)),
         ("A3=", ("Siemens: the tool axis",)),
         ("CR=", ("Siemens: radius of an arc; a negative one takes the long way", "Klartext: arc by its radius; a neg")),
+        ("START", ("Siemens: not executed: programs of", "Klartext, in PATTERN: angle of the first")),
+        ("DIST", ("Klartext: how far before the tip", "Klartext, in BLK: height of the datum over its upper face")),
         ("TA", ("Klartext, in CYCL: tolerance of the rotary axes, degrees: no effect",)),
         ("LEN", ("Klartext: length of the straight line",)),
         ("G44", ("Fanuc: not executed: subtracts the tool length of H, which G43 adds; write G43",)),

@@ -144,14 +144,14 @@ M99
 
 
 @pytest.mark.parametrize(
-    ("program", "first"),
+    ("program", "first", "last"),
     [
-        (PLANE_LOW, "A0 C0 before line 18 comes first, because the head stands at A30 C0"),
-        (PLANE_LOW.replace("X5. Y500.\n", ""), "not tried: correct VP037 of line 17 first: the program may mean"),
+        (PLANE_LOW, "A0 C0 before line 18 comes first, because the head stands at A30 C0", 0),
+        (PLANE_LOW.replace("X5. Y500.\n", ""), "not tried: correct VP037 of line 17 first: the program may mean", 17),
     ],
 )
 def test_an_error_before_the_doubted_motion_is_given_an_offset(
-    program: str, first: str, run: Callable[..., Any]
+    program: str, first: str, last: int, run: Callable[..., Any]
 ) -> None:
     """The words that turn the head back did not help the plane before it, and nothing else was said there."""
     setup = ("--machine", "ca_fork_head", "--tool-length", "80")
@@ -162,6 +162,11 @@ def test_an_error_before_the_doubted_motion_is_given_an_offset(
     place = re.search(r"within limits if the part is moved by .* \(then (G54 = [^)]*)\)", offset)
     assert place
     assert not _check(run, "f.nc", program, "--wcs", place[1].replace(" ", ""), setup=setup)
+    fit = run("fit", "f.nc", "--wcs", "G54=0,0,100", *setup).out
+    assert f"  {place[1].replace('= ', '= [')}]  " in fit
+    assert f"Before the part is moved: {first.removeprefix('not tried: ')}" in fit
+    if last:  # the same error goes on to the line that is doubted
+        assert f"\n  {offset}\n" in run("explain", f"f.nc:{last}", "--wcs", "G54=0,0,100", *setup).out
 
 
 TRAORI = """G17 G54 G90 G94 G710

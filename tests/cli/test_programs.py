@@ -195,8 +195,8 @@ def test_settings_say_what_user_defined_codes_mean(
     answer = run("dump", "moves", file, "--settings", settings)
     rows = [json.loads(line) for line in answer.out.splitlines()]
     assert answer.code == 0, answer.err
-    assert [row.get("code") for row in rows[:2]] == ["M428", "G68.3"]
-    assert rows[1] == {"line": 3, "kind": "remapped", "code": "G68.3", "meaning": "event", "R": 5.0}
+    assert [row.get("code", row.get("word")) for row in rows[:3]] == ["M428", "M150", "G68.3"]
+    assert rows[2] == {"line": 3, "kind": "remapped", "code": "G68.3", "meaning": "event", "R": 5.0}
     (file.parent / "verne-post.toml").write_text(settings.read_text())
     (file.parent / "below").mkdir()
     monkeypatch.chdir(file.parent / "below")
@@ -379,6 +379,7 @@ def test_each_cut_is_judged_by_what_holds_there(
         ('[remap]\nM3 = "ignore"', "already has a meaning"),
         ('[remap]\nG1 = "event"', "already has a meaning"),
         ('[remap]\nCYCLE83 = "ignore"', "already has a meaning"),
+        ('[remap]\nCYCLE8OO = "ignore"', "2:1: VP503 error: remap.CYCLE8OO: did you mean CYCLE800? Write CYCLE800"),
         ('[remap]\nCYCLE63 = "ignore"', "already has a meaning"),  # refused by name
         ('[remap]\nTRAORI = "ignore"', "already has a meaning"),
         ('[remap]\nTraoof = "ignore"', "in capitals the name of a subprogram"),

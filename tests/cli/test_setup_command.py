@@ -931,14 +931,14 @@ def test_setup_prints_the_command_that_converts_a_program_with_two_tools(
     assert command == "verne-post check one.nc --machine verne" and run(*shlex.split(command)[1:]).code == 0
 
 
-def test_a_call_that_is_ignored_with_its_values_is_named(run: Run, tmp_path: Path) -> None:
+def test_names_and_codes_that_are_ignored_are_named(run: Run, tmp_path: Path) -> None:
     """A misspelt CYCLE800 is no key of the form; who ignores such a name is told what was not checked."""
     program = tmp_path / "hole.mpf"
     two = SIEMENS.replace("N150", 'T="MILL 2" D1\nM6\nN150')
-    program.write_text(two.replace("N100", "CYCLE8OO(1)\nKX_PROBE(2)\nKX_PROBE(3)\nKX_CLAMP\nN100"))
+    program.write_text(two.replace("N100", "CYCLE8OO(1)\nKX_PROBE(2)\nKX_PROBE(3)\nKX_CLAMP\nM150\nN100"))
     written = Path(f"{program}.toml")
     run("setup", program)
-    assert tomllib.loads(written.read_text())["remap"] == {"KX_PROBE": "decide", "KX_CLAMP": "decide"}
+    assert tomllib.loads(written.read_text())["remap"] == {"KX_PROBE": "decide", "KX_CLAMP": "decide", "M150": "decide"}
     fill(written)
     refused = run("check", program)
     again = run("setup", program)  # its status is about the file
@@ -949,4 +949,5 @@ def test_a_call_that_is_ignored_with_its_values_is_named(run: Run, tmp_path: Pat
     program.write_text(program.read_text().replace("CYCLE8OO(1)\n", ""))
     told = run("check", program)
     assert told.code == 0
-    assert "  NOT CHECKED: KX_PROBE() in line 10 and 1 more: [remap] ignores it and its values; contact" in told.out
+    ignored = "KX_PROBE in line 10 and 1 more, KX_CLAMP in line 12, M150 in line 13"
+    assert f"  NOT CHECKED: ignored by [remap]: {ignored}; contact" in told.out

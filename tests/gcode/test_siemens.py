@@ -10,7 +10,7 @@ import pytest
 import verne_post
 from tests.gcode.conftest import list_places_on, make_tool
 from verne_post.model.control_keys import SiemensKeys
-from verne_post.model.moves import MoveKind, PathMode
+from verne_post.model.moves import IGNORED, MoveKind, PathMode
 from verne_post.model.options import Options
 
 HEAD = "G0 X0 Y0 Z5 F100\n"
@@ -554,8 +554,8 @@ def test_names_of_the_builder_mean_what_the_set_up_says(view):
     for name in ("KX_CLAMP", "L6"):
         (item,) = view(f"{name}\nM30", dialect="siemens")[1]
         assert (item.code, item.line, item.settled_by) == ("VP002", 1, (("remap", name),))
-    ignored = [event.line for event in moves.events if event.data.get("word") == "M202()"]
-    assert ignored == [2]  # with values; L6 has none
+    told = [(event.line, event.data["word"]) for event in moves.events if event.data.get("why") == IGNORED]
+    assert told == [(2, "M202"), (3, "L6")]
     found = view("MCALL KX_CLAMP(1)\nX5\nM30", dialect="siemens", remap=named)[1]
     assert [(item.code, item.line, "takes one call" in item.message) for item in found] == [("VP001", 1, True)]
 

@@ -494,13 +494,15 @@ def test_a_remedy_that_fails_is_cut_up_to_its_first_touch() -> None:
     zeros = np.zeros(3, dtype=int)
     spans = Spans(tip, np.tile(UP, (3, 2, 1)), np.arange(3), zeros, np.array([True, False, False]))
     tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
-    whole, first = (
-        cut_stock(box(60, 40, 20, 0.4), spans, tools, only_first=only_first) for only_first in (False, True)
+    whole, first, of_holder, of_shank = (
+        cut_stock(box(60, 40, 20, 0.4), spans, tools, only_first=asked) for asked in (False, True, "holder", "shank")
     )
     assert [(one.line, one.body) for one in whole.touches] == [(1, "holder"), (2, "holder")]
     assert [(one.line, one.body) for one in first.touches] == [(1, "holder")]
     assert first.volume[2] == 0 < whole.volume[2]
     assert first.volume[1] < 0.5 * whole.volume[1]
+    assert (of_holder.touches, of_holder.volume.tolist()) == (first.touches, first.volume.tolist())
+    assert of_shank.volume.tolist() == whole.volume.tolist()
 
 
 @pytest.mark.parametrize("keep_off", [0.0, 0.5])

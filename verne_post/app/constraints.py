@@ -18,12 +18,13 @@ from verne_post.toolpath.branch_choice import DEPARTURE
 
 
 def check_program(
-    program: Program, progress: Progress | None = None, *, only_first: bool = False, only_lines: bool = False
+    program: Program, progress: Progress | None = None, *, only_first: bool | str = False, only_lines: bool = False
 ) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check along the whole contour, and what the assembly found; sorted by line and code.
 
-    With ``only_first`` the stock is cut up to the first error: whether there is one is asked, not which. With
-    ``only_lines`` it is asked which lines touch the stock, not where and how deep.
+    With ``only_first`` the stock is cut up to the first error, or up to the first contact of a body of this name:
+    whether there is one is asked, not which. With ``only_lines`` it is asked which lines touch the stock, not where and
+    how deep.
 
     Returns
     -------
@@ -36,7 +37,7 @@ def check_program(
 
 
 def _check_contour(
-    program: Program, progress: Progress | None = None, *, only_first: bool = False, only_lines: bool = False
+    program: Program, progress: Progress | None = None, *, only_first: bool | str = False, only_lines: bool = False
 ) -> tuple[JointBounds, list[Finding]]:
     joints, total = guard_joints(program), len(program.contour)
     report = None if progress is None else lambda done: progress("checking", done, total)

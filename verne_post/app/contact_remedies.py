@@ -161,7 +161,11 @@ def propose_stick_out(source: Text, program: Program, line: Line, item: Finding)
     if below is None or below.length is None or below.profile or below.taper:
         return None
     before = options.tool_length if options.tool_length is not None else tool.offset[2] if tool is not None else 0.0
-    had = {one.code for one in _list_errors(source, program) or ()}
+
+    @cache
+    def list_codes() -> set[str]:
+        return {one.code for one in _list_errors(source, program) or ()}
+
     own = set(moves.line[find_tool_of_moves(np.arange(len(moves.line)), 0, moves) == number].tolist())
 
     def is_right(count: int) -> bool:
@@ -175,10 +179,15 @@ def propose_stick_out(source: Text, program: Program, line: Line, item: Finding)
         elif tool is not None:
             offset = (*tool.offset[:2], before + more, *tool.offset[3:])
             change["tools"] = {**(options.tools or {}), number: dataclasses.replace(tool, offset=offset)}
-        left = _list_errors(source, program, change)
-        return left is not None and not any(
-            one.code not in had or (one.message.startswith("the holder") and one.line in own) for one in left
-        )
+        left = _list_errors(source, program, change, only_first="holder")
+        touches = [one.line in own for one in left or () if one.message.startswith("the holder")]
+        if touches and not any(touches):  # that of another tool, behind which nothing was cut
+            left = _list_errors(source, program, change)
+            touches = [one.line in own for one in left or () if one.message.startswith("the holder")]
+        if left is None or any(touches):
+            return False
+        new = {one.code for one in left} - {item.code}
+        return not new or new <= list_codes()
 
     count = _find_steps(is_right, -(item.value or 0.0) / STEP_MM) if before > 0.0 else None
     if count is None:
@@ -218,11 +227,14 @@ def _find_steps(is_right: Callable[[int], bool], depth: float) -> int | None:
     return right + 1 if ask(right + 1) else None
 
 
-def _list_errors(source: Text, program: Program, change: dict[str, object] | None = None) -> list[Finding] | None:
+def _list_errors(
+    source: Text, program: Program, change: dict[str, object] | None = None, *, only_first: bool | str = False
+) -> list[Finding] | None:
     """The errors of a program with another text or other options; None where it cannot be read."""
     try:
         options = program.options.changed(**change) if change else program.options
-        found = check_program(assemble(source, program.machine, options, program.team), only_lines=True)[1]
+        changed = assemble(source, program.machine, options, program.team)
+        found = check_program(changed, only_first=only_first, only_lines=True)[1]
     except InputError:
         return None
     return [item for item in found if item.severity == "error"]

@@ -29,7 +29,7 @@ from verne_post.app.line_remedies import Line
 from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.plan import plan_program
 from verne_post.app.start_lines import quote_start
-from verne_post.app.tried_remedies import build_trial, find_end_before_contact
+from verne_post.app.tried_remedies import build_trial, find_end_before_contact, find_offset_before
 from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
@@ -109,10 +109,8 @@ def _add_remedies(source: Text, program: Program, shown: Line) -> Line:
     meant = find_meant_motion(source, program, shown.findings)
     if meant is None:
         return _add_contact_remedies(source, program, add_line_remedies(shown, build_trial(source, program, shown)))
-    told = (
-        dataclasses.replace(item, remedies=(meant.text,)) if item.severity == "error" else item
-        for item in shown.findings
-    )
+    cures = tuple(filter(None, (meant.text, find_offset_before(source, program, meant, shown.number))))
+    told = (dataclasses.replace(item, remedies=cures) if item.severity == "error" else item for item in shown.findings)
     return replace(shown, findings=tuple(told))
 
 

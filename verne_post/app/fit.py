@@ -16,7 +16,7 @@ from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
-from verne_post.app.tried_remedies import find_legal_offsets, is_carried_with_part
+from verne_post.app.tried_remedies import find_legal_offsets, is_carried_with_part, list_errors_before
 from verne_post.base.arrays import Mask, find_used
 from verne_post.base.least import find_least
 from verne_post.base.long_text import Text
@@ -138,8 +138,9 @@ def propose(
     before_check = check_source(source, machine, options, progress, remedies=False)  # the move is the cure
     program = None if before_check.ok else assemble(source, machine, options)
     meant = None if program is None else find_meant_motion(source, program, before_check.findings)
-    carried = () if program is None or meant else _find_carried_lines(program, before_check.findings)
-    if meant or carried:
+    is_doubted_alone = bool(program and meant and not list_errors_before(program, before_check.findings, meant))
+    carried = () if program is None or is_doubted_alone else _find_carried_lines(program, before_check.findings)
+    if is_doubted_alone or carried:
         only = search.evaluate(here)
         return Proposal(
             system=system,
@@ -209,7 +210,7 @@ def propose(
         turns,
         g10,
         fixed,
-        cause="; ".join(dict.fromkeys(filter(None, kept))),
+        cause="; ".join(dict.fromkeys(filter(None, kept))) or (meant.text if meant and not fixed else ""),
         room=room,
         refused=refused,
         largest_fits=largest_fits,

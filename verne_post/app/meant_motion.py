@@ -116,7 +116,9 @@ def _find_turn_back(source: Text, program: Program, item: Finding, at: int, doub
         cure = f"name G0 or G1 in line {first}, then {cure}"
     if not is_out:  # else the table turns by rapid with the tool in the part
         cure = f"retract the tool first, then {cure}"
-    remedy = Remedy("", value, line=first, way="before", turns=True) if is_kept and is_out else Remedy("")
+    remedy = Remedy("", line=first)
+    if is_kept and is_out:
+        remedy = Remedy("", value, line=first, way="before", turns=True)
     if not (is_tried and remedy.value):
         return dataclasses.replace(remedy, text=f"{NOT_TRIED}{cure}, because {why}")
     if not remaining:

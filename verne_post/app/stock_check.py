@@ -49,14 +49,15 @@ def settle_stock(
     found: list[Finding],
     progress: Progress | None = None,
     *,
-    only_first: bool = False,
+    only_first: bool | str = False,
     only_lines: bool = False,
 ) -> list[Finding]:
     """Findings where VP216 is about the stock as it is cut, in place of its box.
 
     A body that keeps out of the box keeps out of what is left of it, so only programs with such a finding are cut. The
     box counts for platform and legs, which do not turn about the tool's axis. A tool of unknown size counts as a wire.
-    With ``only_first`` nothing is cut after the first error. With ``only_lines`` findings have no depths and no places.
+    With ``only_first`` nothing is cut after the first error, or the first of a body of this name. With ``only_lines``
+    findings have no depths and no places.
     """
     keep_out = joints.keep_out
     boxes = [one for one in keep_out.boxes if one.stock] if isinstance(keep_out, KeepOut) else []
@@ -99,8 +100,8 @@ def settle_stock(
         tools,
         box.distance,
         report,
-        only_first=only_first and not skipped,
-        only_spans=only_first or only_lines,
+        only_first=False if skipped else only_first,
+        only_spans=bool(only_first) or only_lines,
     )
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     coordinates, cell = program.machine.coordinates, float(stock.cell.max())

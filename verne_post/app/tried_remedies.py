@@ -106,8 +106,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
     meant = find_meant_motion(source, program, findings)
     can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
-    # errors that begin before the motion that is doubted are not of it alone
-    before = [item for item in movable if is_short and meant is not None and (item.line or 0) < (meant.line or 0)]
+    before = [] if meant is None else list_errors_before(program, errors, meant)
     in_inches = _find_mistaken_unit(source, program, errors)
     places: list[WorkOffset] = []
     farthest = FARTHEST_MM if in_inches is None else FAR_MM
@@ -161,6 +160,25 @@ def name_cause(source: Text, program: Program, findings: Sequence[Finding]) -> l
     if not errors or _find_mistaken_unit(source, program, errors) is None:
         return list(findings)
     return add_remedies(source, program, findings)
+
+
+def list_errors_before(program: Program, findings: Sequence[Finding], meant: Remedy) -> list[Finding]:
+    """Errors that begin before the motion that is doubted: they are not of it alone, and another place may cure them.
+
+    ``meant``: as :func:`find_meant_motion` returns it.
+    """
+    begun = (item for item in _list_errors(findings) if (item.line or 0) < meant.line)
+    return [item for item in begun if not _find_line_in_machine(program, item)]
+
+
+def find_offset_before(source: Text, program: Program, meant: Remedy, line: int) -> str | None:
+    """The work offset that ``check`` names for an error of a line which begins before the motion that is doubted."""
+    errors = _list_errors(check_program(program)[1])
+    if not any(line in _list_lines(item) for item in list_errors_before(program, errors, meant)):
+        return None
+    movable = [item for item in errors if not _find_line_in_machine(program, item)]
+    found = _find_offset(source, program, movable, [], FARTHEST_MM)
+    return None if found is None else found[0].text
 
 
 def _list_errors(findings: Sequence[Finding]) -> list[Finding]:

@@ -424,8 +424,10 @@ def _describe_missing(name: str) -> str:
 
 def _describe_folder(folder: Path) -> str:
     """A folder in the place of a program."""
+    from verne_post.model.verdict import NO_PROGRAMS
+
     if not find_programs_inside(folder, None, []):
-        return f"is a folder without programs; {LOOKED_FOR}"
+        return f"{NO_PROGRAMS}; {LOOKED_FOR}"
     return "is a folder; check and batch take folders"
 
 

@@ -154,14 +154,17 @@ def describe_word(word: str) -> list[str]:
     if not found and re.fullmatch(r"FN \d+", name):
         return ["Klartext: no function FN has this number: a program with it is refused (VP002)"]
     if not found and bare != name:
-        return describe_word(bare)
-    if not found:  # what may follow the slash of a CL statement
-        found = [f"APT, in {major}: {words[name]}" for major, words in apt.WORDS_OF.items() if name in words]
-        found += [
-            f"Klartext{'' if head == '*' else f', in {head}'}: {words[name]}"
-            for head, words in WORDS_OF_STATEMENTS.items()
-            if name in words
-        ]
+        found = describe_word(bare)
+    of_statements = (  # what may follow the slash of a CL statement, or stand in a statement of Klartext
+        ("APT", apt.WORDS_OF),
+        ("Klartext", WORDS_OF_STATEMENTS),
+    )
+    found += [
+        f"{language}{'' if head == '*' else f', in {head}'}: {words[name]}"
+        for language, statements in of_statements
+        for head, words in statements.items()
+        if name in words and f"{language}: {words[name]}" not in found
+    ]
     # else the first word of statements, or a statement with words that its table lists
     return (
         found

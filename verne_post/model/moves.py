@@ -157,7 +157,7 @@ class Stock(Struct, frozen=True):
 
 
 #: Why a call with values does nothing.
-IGNORED: Final = "[remap] ignores it and its values"
+IGNORED: Final = "ignored by [remap]"
 
 
 class Event(Struct, frozen=True):

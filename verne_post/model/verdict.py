@@ -66,8 +66,9 @@ _STATUS_OF_CODE: Final = {
 }
 
 
-#: What VP022 says of a program that is not there.
+#: What VP022 says of a program that is not there, and of a folder without one.
 NO_SUCH_FILE: Final = "no such file"
+NO_PROGRAMS: Final = "is a folder without programs"
 
 
 class Verdict(StrEnum):
@@ -189,7 +190,8 @@ def find_verdict(status: int, findings: Iterable[CodedFinding], errors_not_count
     """What became of a program with an exit status, these findings, and errors that a policy took out of them."""
     findings = tuple(findings)
     if status == ExitStatus.UNUSABLE:
-        if any(item.code == "VP022" and NO_SUCH_FILE in item.message for item in findings):
+        absent = (NO_SUCH_FILE, NO_PROGRAMS)
+        if any(item.code == "VP022" and any(text in item.message for text in absent) for item in findings):
             return Verdict.NOT_READ
         families = {find_family(item.code) for item in findings if item.severity == "error"}
         configuration = Family.CONFIGURATION in families and Family.PROGRAM not in families

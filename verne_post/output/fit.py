@@ -7,7 +7,7 @@ import numpy as np
 from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.model.findings import Finding, join_lines
+from verne_post.model.findings import NOT_TRIED, Finding, join_lines
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import name_system
 from verne_post.model.verdict import find_worst
@@ -76,7 +76,7 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal, run: Run) -
             sought = "largest margin" if proposal.aim == "margin" else "least time"
             there = _write_wcs_option(proposal, proposal.refused)
             yield f"The place of the {sought}, --wcs {there}, is refused by the check, which sees contacts too."
-    elif proposal.cause and not proposal.fixed_lines:
+    elif proposal.cause and not proposal.is_sought:
         yield f"{program} on {machine.name}: no work offset was sought, because another motion is meant:"
         yield f"  {proposal.cause}"
         yield "It is blocked by:"
@@ -126,7 +126,9 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal, run: Run) -
             )
         else:
             yield f"The place of the largest margin, --wcs {there}, is refused by the check, which sees contacts too."
-    elif not fits and not np.isfinite(after.smallest):
+    if proposal.cause and not proposal.fixed_lines:
+        yield f"Before the part is moved: {proposal.cause.removeprefix(NOT_TRIED)}."
+    if not fits and not np.isfinite(after.smallest):
         return  # the place that comes nearest has no margins: where it cannot be reached has been said
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
     if proposal.fixed_lines:

@@ -517,17 +517,18 @@ def list_absent_bodies(options: Options) -> list[str]:
 
 
 def _list_ignored(events: Sequence[Event]) -> list[str]:
-    """Calls with values that [remap] ignores: what they do, or were meant to do, is not known."""
+    """Codes and names that [remap] ignores: what they do, or were meant to do, is not known."""
     lines: dict[str, dict[int, None]] = {}
     for event in events:
         if event.data.get("why") == IGNORED:
             lines.setdefault(str(event.data["word"]), {})[event.line] = None
     more = {name: f" and {len(at) - 1} more" if len(at) > 1 else "" for name, at in lines.items()}
-    return [f"{name} in line {next(iter(at))}{more[name]}: {IGNORED}" for name, at in lines.items()]
+    shown = ", ".join(f"{name} in line {next(iter(at))}{more[name]}" for name, at in lines.items())
+    return [f"{IGNORED}: {shown}"] if shown else []
 
 
 def list_unchecked(machine: Machine, options: Options, events: Sequence[Event]) -> Facts:
-    """Calls that [remap] ignores, and bodies that nothing is known of.
+    """Codes and names that [remap] ignores, and bodies that nothing is known of.
 
     These are fixtures and stock, and those of machine and tools whose size is not known.
     """

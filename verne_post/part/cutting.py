@@ -134,7 +134,7 @@ def cut_stock(
     keep_off: float = 0.0,
     report: Callable[[int], None] | None = None,
     *,
-    only_first: bool = False,
+    only_first: bool | str = False,
     only_spans: bool = False,
 ) -> Cut:
     """Run spans of motion through a stock, which is cut.
@@ -145,13 +145,13 @@ def cut_stock(
         How near other bodies than feeding cutters may come, mm.
     report : callable, optional
         Called with the number of spans that are done.
-    only_first : bool
-        Nothing is cut after the first certain touch.
+    only_first : bool or str
+        Nothing is cut after the first certain touch, of any body or of those of this name.
     only_spans : bool
         Which spans touch is asked, not where and how deep: certain touches have the depth ``TOUCH_MM``.
     """
     run = _Run(stock, spans, tools, keep_off)
-    run.only_first, run.only_spans = only_first, only_first or only_spans
+    run.only_first, run.only_spans = only_first, bool(only_first) or only_spans
     if report is not None:
         run.report = report
     tip, axis = stock.place_inside(spans.tip, spans.axis)
@@ -203,7 +203,8 @@ class _Run:
         #: Tools, and their bodies other than the cutter, that have run into the stock.
         self.broken: set[tuple[int, str]] = set()
         #: Whether to stop at the first certain touch, and whether there was one that no rounded corner explains.
-        self.only_first, self.is_over = False, False
+        self.only_first: bool | str = False
+        self.is_over = False
         self.only_spans = False
         #: Standing bodies leave teeth up to half their distance.
         self.left = 0.0
@@ -289,7 +290,8 @@ class _Run:
                 for row in rows[first:].tolist():
                     self.depth[row, name] = max(depth, self.depth.get((row, name), -np.inf))
                 self.broken.add((int(self.spans.tool[rows[0]]), name))
-                self.is_over |= name != "cutter" or not self.rounding[rows[0]] > 0
+                if self.only_first in (True, name):
+                    self.is_over |= name != "cutter" or not self.rounding[rows[0]] > 0
             elif not (name == "shank" and tool.has_thin_shank):
                 for row, tips, axes in zip(rows.tolist(), *_list_pairs(tip, axis), strict=True):
                     if not self._is_clear(row, tips, axes, name, body, stood or (tip[0], axis[0])):

@@ -203,8 +203,9 @@ class Proposal(Struct, frozen=True, eq=False):
         Lines in which the tool or the spindle touches what moves with the part: no work offset parts them, and none
         was sought.
     cause : str
-        Why the program is refused, and what to write, where a warning says that another motion is meant: no work offset
-        was sought. Or that lines in machine coordinates keep an angle of a line before. Else empty.
+        Why the program is refused, and what to write, where a warning says that another motion is meant. A place is
+        sought only where errors begin before that motion (``is_sought``). Or that lines in machine coordinates
+        keep an angle of a line before. Else empty.
     room : Room or None
         Where on a table the middle of what is cut was sought; None on a machine without a table.
     refused : Place or None
@@ -234,6 +235,11 @@ class Proposal(Struct, frozen=True, eq=False):
     refused: Place | None = None
     largest_fits: bool = True
     text: str = ""
+
+    @property
+    def is_sought(self) -> bool:
+        """Whether another place was sought."""
+        return self.largest is not self.before
 
     @property
     def wcs(self) -> dict[int, WorkOffset]:

@@ -10,6 +10,7 @@ from verne_post.gcode.machining.state import State, name_unit_of_speed
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
+from verne_post.model.moves import IGNORED
 
 #: M codes of coolant -> what the event says.
 _COOLANT: Final = {7: "mist", 8: "flood", 9: "off"}
@@ -167,7 +168,9 @@ class Auxiliary:
         """Execute what [remap] says of a code or of a name, beside some words."""
         if meaning in ("tcp on", "tcp off"):
             self.switch_tcp(meaning == "tcp on")
-        if meaning != "ignore":
+        if meaning == "ignore":
+            self.recorder.record_event(at.line, "without effect", word=code, why=IGNORED)
+        else:
             shown_words = {key: value for key, value in words.items() if key in REMAPPED_WORDS}
             self.recorder.record_event(at.line, "remapped", code=code, meaning=meaning, **shown_words)
 

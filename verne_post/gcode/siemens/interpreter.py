@@ -28,7 +28,7 @@ from verne_post.gcode.siemens.places import SiemensPlaces
 from verne_post.gcode.siemens.slips import propose_code
 from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
-from verne_post.model.moves import AXES, IGNORED, ZERO9, MoveKind, PathControl, PathMode
+from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
 
 #: A quarter of the distance from the corner at which blending may begin (ADIS): about the deviation of a right-angled
 #: blend of that length from the corner.
@@ -75,8 +75,6 @@ class SiemensInterpreter:
             self.recorder.record_event(words.line, "without effect", word=name)
         for name in words.user_names:
             self.core.auxiliary.execute_meaning(block, name, self.setup.remap[name], {})
-        for name in words.ignored_calls:
-            self.recorder.record_event(words.line, "without effect", word=f"{name}()", why=IGNORED)
         if words.counts_turns:
             self.recorder.note_once("VP039", f"{words.counts_turns}: {_TIP_ALONE}", words.line)
         self.splines.end_spline(words)

@@ -160,7 +160,6 @@ class Words(Struct):
     calls: list[Call] = field(default_factory=list)
     no_effect: list[tuple[str, int]] = field(default_factory=list)
     user_names: list[str] = field(default_factory=list)  # names that [remap] gives a meaning
-    ignored_calls: list[str] = field(default_factory=list)  # calls with values that [remap] ignores
     counts_turns: str = ""  # FGROUP that names rotary axes beside others
     modal_call: int | None = None  # column of MCALL
     used_words: set[str] = field(default_factory=set)
@@ -396,8 +395,6 @@ class WordReader:
             words.counts_turns = _read_feed_group(arguments, cursor, at)
         if name in self.user_names:
             words.user_names.append(name)
-            if self.user_names[name] == "ignore" and any(one.text.strip() for one in arguments):
-                words.ignored_calls.append(name)
         elif name in NO_EFFECT:
             words.no_effect.append((name, at + 1))
         elif name in ("TRAORI", "TRAFOOF"):
