@@ -69,6 +69,15 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         this one. VP034: a tool comes down with a length that is not the one that the set-up gives it. VP049: so
         does one with the length, or the diameter, of another tool of the program.
     """
+    called = moves.called_lines
+    try:
+        return [called.place(one) for one in _find_all(moves.count_own_lines(), path, machine, options, from_move)]
+    except InputError as error:
+        raise InputError(*(called.place(one) for one in error.findings)) from None
+
+
+def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, from_move: int) -> list[Finding]:
+    """The same, of moves that have the lines of their own files."""
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     cut_frames: set[int] = set()
     for begin, end in iterate_blocks(len(path)):

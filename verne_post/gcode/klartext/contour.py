@@ -37,7 +37,7 @@ class KlartextContour:
         self.delta_radius = 0.0
         self.call_feed = 0.0  # F of TOOL CALL, which F AUTO takes
         self.per_turn = False  # M136
-        self.turn_line = 0  #: Of M136; 0 in another file.
+        self.turn_line = 0  #: Of M136, counted in its own file.
 
     # --- elements in order ---------------------------------------------------------------------------
 
@@ -92,8 +92,8 @@ class KlartextContour:
         if named_tool is None:
             return ProgramError("VP012", other_text, about="TOOL CALL").advise(advice)
         text = (
-            f"no TOOL CALL before {what}: {named_tool.spell()} in line {named_tool.line} only names the tool; write "
-            f"TOOL CALL {named_tool.number} Z S with its speed after it"
+            f"no TOOL CALL before {what}: {named_tool.spell()} in line {named_tool.own_line} only names the tool; "
+            f"write TOOL CALL {named_tool.number} Z S with its speed after it"
         )
         return ProgramError("VP012", text, about="TOOL CALL").advise("")
 
@@ -186,12 +186,11 @@ class KlartextContour:
         """
         if self.per_turn:
             line = self.turn_line
-            edits = (Remedy("write M137", "137", line=line, word=("M", 136.0), is_choice=True),) if line else ()
-            where = f" of line {line}" if line else ""
+            edits = (Remedy("write M137", "137", line=line, word=("M", 136.0), is_choice=True),)
             raise ProgramError(
                 "VP017",
-                f"F{feed:g} of a cycle while M136{where} makes F a feed rate per turn: whether the control then takes "
-                "it in mm per turn or per minute is not known here; write M137 before the cycle",
+                f"F{feed:g} of a cycle while M136 of line {line} makes F a feed rate per turn: whether the control "
+                "then takes it in mm per turn or per minute is not known here; write M137 before the cycle",
                 edits=edits,
             )
         self.core.set_feed(self.read_feed_word(feed))

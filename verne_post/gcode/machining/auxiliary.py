@@ -34,7 +34,7 @@ class Auxiliary:
         state = self.state
         if speed < 0:
             raise at.error("VP007", f"S{speed:g}: a spindle speed is not negative", "S")
-        self.recorder.speeds.append((at.line, self.recorder.count))
+        self.recorder.speeds.append((self.recorder.lines.find_own(at.line), self.recorder.count))
         is_new = state.spindle_speed != speed
         state.spindle_speed = speed
         if is_new and state.spindle_on and not is_switched:
@@ -54,7 +54,7 @@ class Auxiliary:
         self.recorder.record_event(at.line, "spindle mode", code=code, **data)
         if speed is not None:
             state.spindle_speed = speed
-            self.recorder.speeds.append((at.line, self.recorder.count))
+            self.recorder.speeds.append((self.recorder.lines.find_own(at.line), self.recorder.count))
         if is_new and state.spindle_on:  # also where the number is the same, it means something else
             self.switch_spindle(at, on=True, backwards=state.spindle_reversed)
 

@@ -89,8 +89,9 @@ def refuse_lacking(
             if selection.number in (state.tools or {}):
                 then = f"G43 H{selection.number}"
                 text = (
-                    f"{selection.spell()} of line {selection.line} only selects the tool, and no length is in force "
-                    f"before the first feed move; write {selection.describe_change()}, and {then} before this move"
+                    f"{selection.spell()} of line {selection.own_line} only selects the tool, and no length is in "
+                    f"force before the first feed move; write {selection.describe_change()}, and "
+                    f"{then} before this move"
                 )
                 raise ProgramError("VP012", text, edits=write_before(then)).advise("")
         length = None if tool is None or tool.unmeasured else tool.offset[2]
