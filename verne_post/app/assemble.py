@@ -299,7 +299,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         *check_diameters(source, moves, options),
         *turns,
     ]
-    read = drop_helices(moves.findings, moves, from_move)
+    read = drop_helices(moves, from_move)
     checked += find_unexecuted_moves(source, moves)
     findings = tuple(place_at_plane(source, item) for item in (*checked, *read))
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)

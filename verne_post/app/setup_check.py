@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final, Literal
 
 import numpy as np
@@ -114,8 +114,10 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
-    cuts = [move[move >= from_move] for move in _iterate_cuts(path)]
-    found += [*_check_tolerances(moves, path, from_move), *_check_feeds(moves, cuts), *_check_slow_feed(moves, cuts)]
+    found += _check_tolerances(moves, path, from_move)
+    # twice in turn: the numbers of all cuts would need as much memory as a column
+    found += _check_feeds(moves, _iterate_cuts(path, from_move))
+    found += _check_slow_feed(moves, _iterate_cuts(path, from_move))
     found += _find_idle_tolerances(moves, path, options)
     planes = [*_check_planes(moves, path, machine)]
     found += [
@@ -160,7 +162,7 @@ def _check_tolerances(moves: Moves, path: ToolPath, first: int) -> Iterator[Find
                     break
 
 
-def _check_feeds(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
+def _check_feeds(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
     """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program.
 
     F that was meant as mm/min under G93 leads to such a rate where the move is long.
@@ -174,8 +176,8 @@ def _check_feeds(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
         for at in np.flatnonzero(beyond)[:1].tolist():
             line, plausible = int(moves.line[move[at]]), turn if per_turn[at] else rate
             text = (
-                f"F is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than {plausible.high:g} "
-                f"{plausible.unit}; "
+                f"{_name_feed(moves)} is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than "
+                f"{plausible.high:g} {plausible.unit}; "
             )
             right, edits = _propose_feed_a_minute(moves, int(move[at])) if per_turn[at] else ("", ())
             text += right or "is a decimal point missing?"
@@ -193,14 +195,20 @@ def _check_feeds(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
             return
 
 
-def _iterate_cuts(path: ToolPath) -> Iterator[Ints]:
-    """Numbers of the moves, block by block, that carry the tip at a feed rate."""
+def _name_feed(moves: Moves) -> str:
+    """The word of the feed rate."""
+    return "FEDRAT" if moves.language == "aptcl" else "F"
+
+
+def _iterate_cuts(path: ToolPath, first: int) -> Iterator[Ints]:
+    """Numbers of the moves from ``first`` on, block by block, that carry the tip at a feed rate."""
     for begin, end in iterate_blocks(len(path)):
         ways = measure_rows(path.end[begin:end, :3] - path.start[begin:end, :3])
-        yield path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
+        move = path.move[begin:end]
+        yield move[(path.feed_time[begin:end] > 0) & (move >= max(first, 0)) & (ways > 0)]
 
 
-def _check_slow_feed(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
+def _check_slow_feed(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
     """VP505: the first cut at a feed rate that is mostly in m/min: others are so many times faster.
 
     A tool may plunge along Z as slowly.
@@ -216,8 +224,8 @@ def _check_slow_feed(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
         return
     line, feed = int(moves.line[first]), moves.feed[first]
     text = (
-        f"F is {feed:.10g} mm/min here, and up to {fastest:.10g} mm/min in other cuts: if it is in m/min, it must be "
-        f"{1e3 * feed:.10g} mm/min"
+        f"{_name_feed(moves)} is {feed:.10g} mm/min here, and up to {fastest:.10g} mm/min in other cuts: "
+        f"if it is in m/min, it must be {1e3 * feed:.10g} mm/min"
     )
     yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
 

@@ -129,15 +129,12 @@ class KlartextFunctions:
         line, state = self.frames.block.line, self.state
         length_before = state.frame.tool_length
         self.contour.delta_radius, self.delta_length = delta_radius, delta_length
+        self.contour.delta_line = self.core.recorder.lines.find_own(line) if delta_radius else 0
         at, tools = At(line, {"T": column, "H": column}), self.core.tools
         tools.select(at, number)
         tools.change(at)
         tools.set_length(lambda: tools.find_offset(at, number) if number else ZERO9)
         name_of_tool = describe_tool_number(number, state.tool_names)
-        tool = None if state.tools is None else state.tools.get(number)
-        radius = 0.0 if tool is None else 0.5 * tool.diameter
-        if delta_radius > -radius:  # less is refused where the radius counts
-            warn_of_deviation(self.core, "DR", delta_radius, radius, name_of_tool, line)
         if delta_length:
             if delta_length > state.frame.tool_length > 0:
                 text = (

@@ -33,7 +33,8 @@ class Auxiliary:
         """A spindle speed (1/min); ``is_switched``: M3, M4, M5 or M19 of the same block says the rest."""
         state = self.state
         if speed < 0:
-            raise at.error("VP007", f"S{speed:g}: a spindle speed is not negative", "S")
+            word = "SPINDL " if self.recorder.language == "aptcl" else "S"
+            raise at.error("VP007", f"{word}{speed:g}: a spindle speed is not negative", "S")
         self.recorder.speeds.append((self.recorder.lines.find_own(at.line), self.recorder.count))
         is_new = state.spindle_speed != speed
         state.spindle_speed = speed

@@ -386,7 +386,8 @@ class MotionCodes:
         vector = np.array([block.words[letter] for letter in "IJK"])
         size = float(measure_length(vector))
         if abs(size - 1.0) > VECTOR_LENGTH:
-            raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
+            text = f"the tool axis ({self.core.axis_words}) has length {size:.6g}; it must be a unit vector"
+            raise block.error("VP007", text, "I")
         self.core.hold_tool_axis(vector / size)
         return self.setup.coordinates.turn_to_axis(end, vector / size, self.state.frame)
 
