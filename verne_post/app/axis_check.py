@@ -23,7 +23,7 @@ _NAMES: Final = {"siemens": ("A3", "B3", "C3"), "heidenhain": ("TX", "TY", "TZ")
 def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
     """VP056: the sign of one component of a tool axis is in doubt; one finding a program.
 
-    With the other sign, the axis is that of two cuts before and two behind, and these agree.
+    With the other sign, the axis is that of two cuts before and two after it, and these agree.
     """
     found: Finding | None = None
     for begin, end in iterate_blocks(len(moves), from_move):
@@ -36,7 +36,7 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
                 continue
             name = _NAMES.get(moves.language, ("I", "J", "K"))[component]
             text = (
-                f"the tool axis of this cut is that of the cuts before and behind, but for the sign of {name} "
+                f"the tool axis of this cut is that of the cuts before and after it, but for the sign of {name} "
                 f"({axis[at, component] + 0.0:.4g}): is the other sign meant?"
             )
             found = make_finding("VP056", text, line=line, last_line=line, worst_line=line)

@@ -106,7 +106,7 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             return swapped_words
         if path := _find_late_path(text, begin):
             what = (
-                f"{place}: {path} stands behind the coordinates; write {path} before {place}, at the start of the block"
+                f"{place}: {path} stands after the coordinates; write {path} before {place}, at the start of the block"
             )
             return ProgramError("VP001", what, begin + 1)
         kind = "C" if _DIRECTION.search(text, begin) else "L"
