@@ -103,3 +103,39 @@ def test_an_arc_to_two_axes_of_another_plane_is_told(machine, dialect, text, lin
     if lines and "G18" in text:
         assert "G18 of line" in found[0][1]
         assert not list_doubts(machine, dialect, text.replace("G18", "G17"))
+
+
+AXES = {
+    "siemens": "X{0} A3=0 B3={1} C3=.866",
+    "aptcl": "GOTO/{0},0,50,0,{1},.8660254",
+}
+
+
+@pytest.mark.parametrize(
+    ("dialect", "signs", "doubtful"),
+    [
+        ("siemens", "++++-++++", [5]),
+        ("aptcl", "++++-++++", [5]),
+        ("siemens", "++++++++", []),
+        ("siemens", "++++----", []),  # the other wall
+        ("siemens", "+-+-+-+-", []),  # to and fro
+        ("siemens", "++++--++++", []),
+        ("siemens", "+++-", []),  # nothing behind says that it is not meant
+    ],
+)
+def test_a_tool_axis_with_a_wrong_sign(dialect: str, signs: str, doubtful: list[int]) -> None:
+    """B3=-0.5 in one line was followed to the other side of the part and back."""
+    lines = [AXES[dialect].format(at, f"{sign}.5") for at, sign in enumerate(signs)]
+    first = "G1 F400" if dialect == "siemens" else "FEDRAT/400,MMPM"
+    head = {
+        "siemens": "G17 G54 G90 G94 G710\nT1 D1\nM6\nTRAORI\nG0 X-1 Y0 Z50 A3=0 B3=.5 C3=.866\nS900 M3",
+        "aptcl": "UNITS/MM\nMULTAX/ON\nLOADTL/1\nSPINDL/900,RPM,CLW\nRAPID\nGOTO/-1,0,50,0,.5,.8660254",
+    }[dialect]
+    end = "M30" if dialect == "siemens" else "FINI"
+    text = "\n".join([head, first, *lines, end])
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 4.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 40)}, tools=tools)
+    found = [item for item in check(text.encode(), "hexapod", options).findings if item.code == "VP056"]
+    begin = head.count("\n") + 2
+    assert [item.line - begin for item in found] == doubtful
+    assert all("is the other sign meant?" in item.message for item in found)

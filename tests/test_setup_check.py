@@ -1052,6 +1052,24 @@ def test_the_spindle_of_a_cl_file_has_its_words(spindle: str, line: int | None, 
     assert all(said in item.message and not item.edits for item in told)
 
 
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("GOTO/1,0,60,0,0,0", "the tool axis (i, j, k of GOTO) has length 0; it must be a unit vector"),
+        ("SPINDL/RPM,-900,CLW", "SPINDL -900: a spindle speed is not negative"),
+        ("DELAY/5000", "a dwell of 5000 s: this language has seconds here; if milliseconds are meant, write 5"),
+        ("FEDRAT/300000,MMPM", "FEDRAT is 300000 mm/min here: no cut has more than 100000 mm/min"),
+    ],
+)
+def test_messages_about_a_cl_file_have_its_words(statement: str, said: str) -> None:
+    """They spoke of (I, J, K), S, P, F and --dialect fanuc."""
+    text = "UNITS/MM\nMULTAX/ON\nLOADTL/1\nSPINDL/900,RPM,CLW\nRAPID\nGOTO/0,0,90,0,0,1\nFEDRAT/500,MMPM\n"
+    text += f"{statement}\nGOTO/9,0,60,0,0,1\nRAPID\nGOTO/0,0,90,0,0,1\nFINI\n"
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
+    (told,) = (item for item in vp.check(text, "verne", options).findings if item.code in ("VP007", "VP505"))
+    assert told.message.startswith(said)
+
+
 KLARTEXT = """BEGIN PGM T MM
 {}
 L X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3
@@ -1069,8 +1087,9 @@ END PGM T MM
         ("TOOL CALL 1 Z S900 DL+0.2", None, [], ""),
         ("TOOL CALL 1 Z S900 DL+200", None, [("VP505", 2)], "DL+200 makes tool 1 200 mm longer than the 80 mm"),
         ("TOOL CALL 1 Z S900 DL-20", None, [("VP505", 2)], "DL-20 of tool 1: a deviation of 20 mm is above 10 mm"),
-        ("TOOL CALL 1 Z S900 DR+20", None, [("VP505", 2)], "if um were meant, write it as 0.02 mm"),
-        ("TOOL CALL 1 Z S900 DR+8", None, [("VP505", 2)], "and is larger than its 5 mm; a radius belongs in"),
+        ("TOOL CALL 1 Z S900 DR+20 ; RL", None, [("VP505", 2)], "if um were meant, write it as 0.02 mm"),
+        ("TOOL CALL 1 Z S900 DR+8 ; RL", None, [("VP505", 2)], "and is larger than its 5 mm; a radius belongs in"),
+        ("TOOL CALL 1 Z S900 DR+8", None, [], ""),  # no move takes the radius
         ("TOOL CALL 1 Z S900 DR+2.5 DL+3", None, [], ""),  # an allowance of a roughing cut
         ("TOOL DEF 2\nTOOL CALL 1 Z S900\nTOOL DEF 3", None, [], ""),
         ("TOOL DEF 1", None, [("VP012", 4)], "TOOL DEF 1 in line 2 only names the tool; write TOOL CALL 1 Z S"),
@@ -1081,7 +1100,8 @@ def test_slips_in_the_call_of_a_tool_in_klartext(call, length, expected, said) -
     """DL+200 for DL+0.200, and TOOL DEF for TOOL CALL, had no warning of their own."""
     tools = {"tools": OF_10_MM} if length is None else {"tool_length": length}
     options = vp.Options(wcs={"G54": (0, 0, 60)}, dialect="heidenhain", **tools)
-    found = vp.check(KLARTEXT.format(call), "verne", options).findings
+    contour = "F500\nL X+30 RL\nL X+40\nL Y+20 R0" if "RL" in call else "F500"
+    found = vp.check(KLARTEXT.format(call).replace("F500", contour), "verne", options).findings
     assert [(item.code, item.line) for item in found] == expected
     assert all(said in item.message for item in found)
 

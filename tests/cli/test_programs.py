@@ -612,25 +612,56 @@ OF_RS274 = "G21 G90\nT1 M6\nG43 H1\nS9 M3\nG0 X0 Y0 Z150 A0 C0\no100 call\nG0 Z1
             OF_FANUC,
             "O2000.nc",
             "%\nO2000\nM5\nG1 Z110. F500.\nX20.\nM99\n%\n",
-            {"VP050": "line 3: the spindle does not turn in 2 moves at feed rate: this line stops it"},
+            {"VP050": "line 4: the spindle does not turn in 2 moves at feed rate: O2000.nc, line 3 stops it"},
         ),
         (
             OF_SIEMENS,
             "SLOT.SPF",
             "PROC SLOT(REAL L)\nM5\nG1 Z=110 F500\nX=L\nRET\n",
-            {"VP050": "line 2: the spindle does not turn in 2 moves at feed rate: this line stops it"},
+            {"VP050": "line 3: the spindle does not turn in 2 moves at feed rate: SLOT.SPF, line 2 stops it"},
         ),
         (
             OF_RS274,
             "100.ngc",
             "o100 sub\nM5\nG1 Z110 F500\nX20\no100 endsub\n",
-            {"VP050": "line 2: the spindle does not turn in 2 moves at feed rate: this line stops it"},
+            {"VP050": "line 3: the spindle does not turn in 2 moves at feed rate: 100.ngc, line 2 stops it"},
         ),
         (
             OF_FANUC.replace("M98", "M5 M98"),
             "O2000.nc",
             "%\nO2000\nG1 Z110. F500.\nX20.\nM99\n%\n",
-            {"VP050": ""},
+            {"VP050": "line 3: the spindle does not turn in 2 moves at feed rate: line 10 stops it"},
+        ),
+        # what is found in the moves stood at the call, as if the line of the program had it, or was not found at all
+        (
+            OF_FANUC,
+            "O2000.nc",
+            "%\nO2000\nG1 Z110. F500.\nX20.\nT2 M6\nS9 M3\nG0 G43 H2 Z160.\nG1 Z110.\nX0.\n"
+            "T1\nG0 X5.\nG1 X20.\nM99\n%\n",
+            {
+                "VP009": "line 8: the tool cuts at the feed rate of the tool before: no block gives F after the change "
+                "to tool 2 in O2000.nc, line 5; write F",
+                "VP041": "line 10: T1 only selects the tool, and no M6 loads it: O2000.nc, line 12 cuts with the tool",
+            },
+        ),
+        (
+            OF_FANUC,
+            "O2000.nc",
+            "%\nO2000\nG1 Z110. F5000.\nX10.\nX15. F2.5\nX20. F500.\nG2 X30. Y10. J10.\nG1 Y20.\nM99\n%\n",
+            {"VP056": "line 7: the arc of 270 deg goes back", "VP505": "line 5: F is 2.5 mm/min here"},
+        ),
+        (
+            OF_SIEMENS,
+            "SLOT.SPF",
+            "PROC SLOT(REAL L)\nG1 Z=110 F5000\nX=L\nX=IC(9) F2.5\nRET\n",
+            {"VP505": "line 4: F is 2.5 mm/min here"},
+        ),
+        # the element before a corner is drawn when the next line is executed
+        (
+            OF_SIEMENS,
+            "SLOT.SPF",
+            "PROC SLOT(REAL L)\nG1 Z=110 F5000\nX=L F2.5 RND=1\nY=9 F5000\nX0\nRET\n",
+            {"VP505": "line 3: F is 2.5 mm/min here"},
         ),
         # M5 acts at the end of its block, and one move is not a cut without it
         (OF_FANUC, "O2000.nc", "%\nO2000\nG1 Z110. F500.\nX20. M5\nG0 Z160.\nM99\n%\n", {}),
@@ -658,17 +689,18 @@ def test_a_warning_in_a_called_file_names_the_file_and_its_line(
     ending = {"O": "nc", "S": "mpf"}.get(file[0], "ngc")
     program = tmp_path / f"plate.{ending}"
     program.write_text(main, "utf-8")
-    (tmp_path / f"plate.{ending}.toml").write_text("[tools]\n1 = { length = 90 }\n[wcs]\nG54 = [0, 0, 60]\n", "utf-8")
+    (tmp_path / f"plate.{ending}.toml").write_text(
+        "split_at_stops = true\n[tools]\n1 = { length = 90 }\n2 = { length = 90 }\n[wcs]\nG54 = [0, 0, 60]\n", "utf-8"
+    )
     (tmp_path / file).write_text(text, "utf-8")
     found = json.loads(run("check", program, "--output-format", "json").out)["programs"][0]["findings"]
     call = next(k for k, line in enumerate(main.split("\n"), 1) if re.search("P2000|SLOT|o100", line))
-    there = [one for one in found if one["code"] in ("VP038", "VP039", "VP050")]
+    codes = ("VP009", "VP038", "VP039", "VP041", "VP050", "VP056", "VP505")
+    there = [one for one in found if one["code"] in codes and one["line"]]
     assert [one["code"] for one in there] == sorted(code.strip() for code in said)
     assert {one["line"] for one in there} <= {call}
     for one, part in zip(there, said.values(), strict=True):
-        assert one["message"].startswith(
-            f"{file}, {part}" if part else f"the spindle does not turn in 2 moves at feed rate: line {call}"
-        )
+        assert one["message"].startswith(f"{file}, {part}")
         assert one["column"] is None
 
 

@@ -172,10 +172,13 @@ def test_errors_in_files_name_the_file(view):
         assert part in found[0].message
 
 
-def test_g95_of_another_file_is_in_no_line_of_the_program(view):
+def test_g95_of_another_file_is_in_its_line_of_that_file(view):
     text, files = "S9 M3\no<a> call\nG94\nG0 X1\nG95\nM2", {"a": b"o<a> sub\nG95\no<a> endsub\n"}
     moves, _found = view(text, subroutines=files, dialect="rs274")
-    assert moves.turn_feeds == ((0, 0), (5, 1))
+    assert [(moves.called_lines.name_line(line), before) for line, before in moves.turn_feeds] == [
+        ("a.ngc, line 2", 0),
+        ("line 5", 1),
+    ]
 
 
 def test_a_text_may_not_end_in_a_call(view):

@@ -879,6 +879,22 @@ def test_a_cycle_parameter_without_a_value(machine, text, said):
     assert finding.message == f"{said} has no value; write its number after {number}="
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("X=5 R0", "X=5: a coordinate has no =, and no path function stands before it; write L X+5 or L X-5"),
+        ("X+5 Y+5 L R0", "X+5: L stands after the coordinates; write L before X+5, at the start of the block"),
+        ("X+5 Y+5 Z+9 LN R0", "X+5: LN stands after the coordinates; write LN before X+5, at the start of the block"),
+        ("X+5 Y+5 R0", "X+5: coordinates without a path function before them; write L X+5"),
+    ],
+)
+def test_coordinates_in_the_wrong_place_or_with_an_equals_sign(machine, line: str, said: str) -> None:
+    """X=5 was called a remark, and L was to be written a second time."""
+    text = f"BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\n{line}\nM30\nEND PGM P MM"
+    [finding] = [one for one in check(text.encode(), machine, _TOOL_AND_PLACE).findings if one.severity == "error"]
+    assert (finding.code, finding.line, finding.column, finding.message) == ("VP001", 4, 1, said)
+
+
 def test_coordinates_without_a_statement_lack_l(machine):
     text = (
         "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\n4 Y+20 F100\nL X+5 F100\nM30\nEND PGM P MM"

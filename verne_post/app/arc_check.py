@@ -1,7 +1,7 @@
 """Arcs of half a turn and more that meet both neighbours at an angle, where another arc would continue them."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -51,18 +51,20 @@ def check_arcs(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
     yield from found.values()
 
 
-def drop_helices(found: Sequence[Finding], moves: Moves, from_move: int = 0) -> list[Finding]:
-    """Findings, without VP056 of another plane where the arc, in its own plane, goes on from a neighbour or into it.
+def drop_helices(moves: Moves, from_move: int = 0) -> list[Finding]:
+    """Findings of the text, without VP056 of another plane where the arc, in its own, goes on from or to a neighbour.
 
     So does one turn of a thread that is written in parts, of which a chord along an axis names this axis and Z alone.
     What stands before the first move of a restart is not judged either.
     """
+    own_moves = moves.count_own_lines()
 
     def is_helix(line: int) -> bool:
-        rows = np.flatnonzero((moves.line == line) & (moves.kind == MoveKind.ARC))
+        rows = np.flatnonzero((own_moves.line == line) & (moves.kind == MoveKind.ARC))
         return not len(rows) or rows[-1] < from_move or any(_goes_on(moves, at) for at in rows.tolist())
 
-    return [item for item in found if item.quantity != OTHER_PLANE or not is_helix(item.line or 0)]
+    pairs = zip(moves.findings, own_moves.findings, strict=True)
+    return [item for item, own in pairs if item.quantity != OTHER_PLANE or not is_helix(own.line or 0)]
 
 
 def _goes_on(moves: Moves, at: int) -> bool:

@@ -299,7 +299,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         *check_diameters(source, moves, options),
         *turns,
     ]
-    read = drop_helices(moves.findings, moves, from_move)
+    read = drop_helices(moves, from_move)
     checked += find_unexecuted_moves(source, moves)
     findings = tuple(place_at_plane(source, item) for item in (*checked, *read))
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
@@ -499,6 +499,8 @@ def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[
             code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
             what = "a tool change" if event.kind == "tool" else code
             text = f"{what} after the motion has begun: setpoints cannot wait"
-            where = {"line": event.line, "last_line": event.line, "worst_line": event.line}
-            found.append((event.before, make_finding("VP014", text, **where, settled_by=(SPLIT_KEY,))))
+            line = event.own_line or event.line
+            where = {"line": line, "last_line": line, "worst_line": line}
+            item = make_finding("VP014", text, **where, settled_by=(SPLIT_KEY,))
+            found.append((event.before, moves.called_lines.place(item)))
     return found

@@ -2,13 +2,14 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final, Literal
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.app.arc_check import check_arcs
+from verne_post.app.axis_check import check_axes
 from verne_post.app.height_check import check_heights
 from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
@@ -69,6 +70,15 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         this one. VP034: a tool comes down with a length that is not the one that the set-up gives it. VP049: so
         does one with the length, or the diameter, of another tool of the program.
     """
+    called = moves.called_lines
+    try:
+        return [called.place(one) for one in _find_all(moves.count_own_lines(), path, machine, options, from_move)]
+    except InputError as error:
+        raise InputError(*(called.place(one) for one in error.findings)) from None
+
+
+def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, from_move: int) -> list[Finding]:
+    """The same, of moves that have the lines of their own files."""
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     cut_frames: set[int] = set()
     for begin, end in iterate_blocks(len(path)):
@@ -105,8 +115,10 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
-    cuts = [move[move >= from_move] for move in _iterate_cuts(path)]
-    found += [*_check_tolerances(moves, path, from_move), *_check_feeds(moves, cuts), *_check_slow_feed(moves, cuts)]
+    found += _check_tolerances(moves, path, from_move)
+    # twice in turn: the numbers of all cuts would need as much memory as a column
+    found += _check_feeds(moves, _iterate_cuts(path, from_move))
+    found += _check_slow_feed(moves, _iterate_cuts(path, from_move))
     found += _find_idle_tolerances(moves, path, options)
     planes = [*_check_planes(moves, path, machine)]
     found += [
@@ -125,6 +137,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *_check_uncalled_tools(moves, options),
         *check_senses(moves, machine.coordinates),
         *check_arcs(moves, from_move),
+        *check_axes(moves, from_move),
         *check_heights(moves, from_move),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
@@ -151,7 +164,7 @@ def _check_tolerances(moves: Moves, path: ToolPath, first: int) -> Iterator[Find
                     break
 
 
-def _check_feeds(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
+def _check_feeds(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
     """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program.
 
     F that was meant as mm/min under G93 leads to such a rate where the move is long.
@@ -165,8 +178,8 @@ def _check_feeds(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
         for at in np.flatnonzero(beyond)[:1].tolist():
             line, plausible = int(moves.line[move[at]]), turn if per_turn[at] else rate
             text = (
-                f"F is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than {plausible.high:g} "
-                f"{plausible.unit}; "
+                f"{_name_feed(moves)} is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than "
+                f"{plausible.high:g} {plausible.unit}; "
             )
             right, edits = _propose_feed_a_minute(moves, int(move[at])) if per_turn[at] else ("", ())
             text += right or "is a decimal point missing?"
@@ -184,14 +197,20 @@ def _check_feeds(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
             return
 
 
-def _iterate_cuts(path: ToolPath) -> Iterator[Ints]:
-    """Numbers of the moves, block by block, that carry the tip at a feed rate."""
+def _name_feed(moves: Moves) -> str:
+    """The word of the feed rate."""
+    return "FEDRAT" if moves.language == "aptcl" else "F"
+
+
+def _iterate_cuts(path: ToolPath, first: int) -> Iterator[Ints]:
+    """Numbers of the moves from ``first`` on, block by block, that carry the tip at a feed rate."""
     for begin, end in iterate_blocks(len(path)):
         ways = measure_rows(path.end[begin:end, :3] - path.start[begin:end, :3])
-        yield path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
+        move = path.move[begin:end]
+        yield move[(path.feed_time[begin:end] > 0) & (move >= max(first, 0)) & (ways > 0)]
 
 
-def _check_slow_feed(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
+def _check_slow_feed(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
     """VP505: the first cut at a feed rate that is mostly in m/min: others are so many times faster.
 
     A tool may plunge along Z as slowly.
@@ -207,8 +226,8 @@ def _check_slow_feed(moves: Moves, cuts: Sequence[Ints]) -> Iterator[Finding]:
         return
     line, feed = int(moves.line[first]), moves.feed[first]
     text = (
-        f"F is {feed:.10g} mm/min here, and up to {fastest:.10g} mm/min in other cuts: if it is in m/min, it must be "
-        f"{1e3 * feed:.10g} mm/min"
+        f"{_name_feed(moves)} is {feed:.10g} mm/min here, and up to {fastest:.10g} mm/min in other cuts: "
+        f"if it is in m/min, it must be {1e3 * feed:.10g} mm/min"
     )
     yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
 

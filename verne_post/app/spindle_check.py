@@ -48,15 +48,12 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
     if not _may_cut(path, begins, modes):
         return []
     stop_lines = np.array([one.event.line if one.event is not None else 0 for one in stretches])
-    # in another file, all moves have the line of the call
-    ends = [None if one.event is None else one.event.after for one in stretches]
-    own_ends = np.array([len(moves) if one is None else one for one in ends])
     count, first, last, state = 0, -1, -1, _AIR
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
         at = np.searchsorted(begins, move, side="right") - 1
         mode = modes[at]  # M5 may act at the end of its block
-        own_line = (path.line[begin:end] == stop_lines[at]) & (move < own_ends[at])
+        own_line = (moves.line[move] == stop_lines[at]) & (move >= 0)
         cuts, marks = _judge_rows(path, begin, end, mode)
         states = _fill_forward(marks, state)
         state = int(states[-1])
@@ -68,18 +65,16 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
         return []
     event = stretches[int(np.searchsorted(begins, first, side="right")) - 1].event
     assert event is not None
-    where = "this line" if event.place else f"line {event.line}"
     why = (
-        f"nothing starts it after the change to {describe_tool(event)} in {where}"
+        f"nothing starts it after the change to {describe_tool(event)} in line {event.line}"
         if event.kind == "tool"
-        else f"{where} stops it"
+        else f"line {event.line} stops it"
     )
     is_startable = event.kind == "tool" and moves.language != "aptcl"  # whose SPINDL is a line of its own
-    is_startable &= not event.place
     edits = (Remedy("start the spindle", "M3", line=event.line),) if is_startable else ()
     line, last_line = int(moves.line[first]), int(moves.line[last])
     number = "a move" if count == 1 else f"{count} moves"
-    text = f"{event.place}the spindle does not turn in {number} at feed rate: {why}"
+    text = f"the spindle does not turn in {number} at feed rate: {why}"
     lines = {"line": line, "last_line": max(line, last_line), "worst_line": line}
     return [make_finding("VP050", text, **lines, count=count, edits=edits)]
 

@@ -99,15 +99,19 @@ class Execution(Struct):
 
         ``shown_line`` stands for lines of another ``file``. Errors of the same words are one finding.
         """
-        line = error.line or line
+        called_lines = self.recorder.lines.name_calls()
         if error.of_program:
             shown_line, file = None, None
+        line = error.line or line
+        if called_lines.show(line) != line:
+            line, file, shown_line = called_lines.find_file(line)
         shown_number = shown_line or line
         if file is None:
             if error.code in _OF_READING and line in self._passed_lines:
                 return True
             self._passed_lines.update(range(line + 1, error.passes_to))
-        message = error.message if file is None else f"{file}, line {line}: {error.message}"
+        message = called_lines.name_lines(error.message)
+        message = message if file is None else f"{file}, line {line}: {message}"
         key = (shown_number, error.code, message)
         if (
             key in self._reported_errors and not error.of_value
@@ -126,7 +130,7 @@ class Execution(Struct):
         self._has_unread_line |= is_unread or error.leaves_unknown
         column = error.column if file is None else None
         there = (one if one.line or one.key else replace(one, line=shown_number) for one in error.edits)
-        edits = tuple(one for one in there if file is None or one.key)
+        edits = called_lines.keep_edits(tuple(one for one in there if file is None or one.key))
         reason = error.about, error.settled_by, error.cause, edits, error.advice
         self.report_at_line(error.code, message, shown_number, column, *reason)
         if error.cause_line and file is None:
@@ -290,7 +294,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
         main_line = line if stop.past_errors and calls.in_main else 0
         errors: list[ProgramError] = []
         last = line + 1
-        execution.recorder.enter_line(text.name or "", line, shown_line)
+        execution.recorder.lines.enter(text.name or "", line, shown_line)
         try:
             chunk = run.find_chunk()
             if chunk is None:
@@ -305,10 +309,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             moves = execution.recorder.count
             contour = 0 if state.compensation is None else state.compensation.start_line
             frame = calls.frame
-            n_events, is_compensated = len(execution.recorder.events), state.compensation is not None
             last, errors = run.execute(chunk, stop)
-            if calls.shown_line is not None or shown_line is not None:
-                execution.recorder.end_block(n_events, is_compensated=is_compensated)
             if calls.text is not text or calls.frame is not frame:
                 loop.calls_now = True
             elif calls.line <= line:
@@ -344,7 +345,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             if stop.trace is not None:
                 stop.trace.is_met = True
             break
-    execution.recorder.place = None
+    execution.recorder.lines.place = None
     return execution
 
 

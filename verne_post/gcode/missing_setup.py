@@ -111,7 +111,9 @@ def report_unloaded(selection: Selection, before: str) -> ProgramError:
     """VP012 at the T whose tool no M6 has loaded before what needs it."""
     change = selection.describe_change()
     text = f"{selection.spell()} only selects the tool, and no M6 loads it before {before}; write {change}"
-    return ProgramError("VP012", text, line=selection.line, edits=selection.propose_change()).advise("")
+    return ProgramError(
+        "VP012", text, line=selection.own_line, of_program=True, edits=selection.propose_change()
+    ).advise("")
 
 
 def suggest_call(setup: Setup, state: State, form: str, others: str) -> str:
@@ -224,6 +226,7 @@ def report_missing_offset(
 def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
     """VP033 for a program that was refused, with the moves that it would have had."""
     found: dict[int, Finding] = {}
+    called_lines, moves = moves.called_lines, moves.count_own_lines()
     for index, at in zip(*np.unique(moves.frame, return_index=True), strict=True):
         frame = moves.frames[index]
         given = setup.frames.get(frame.system)
@@ -234,7 +237,7 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
             setup_name = setup.unmeasured_wcs.get(frame.system, "")
             others = setup.given_systems if frame.system != moves.start_frame.system else ()
             item = report_missing_offset(moves, frame.system, int(at), setup_name, setup.coordinates.zero_point, others)
-            found.setdefault(frame.system, item)
+            found.setdefault(frame.system, called_lines.place(item))
     return list(found.values())
 
 

@@ -236,23 +236,21 @@ def execute(
     last: int,
     core: Machining,
     view: PlainView,
-    shown_line: int | None = None,
     point: Point | None = None,
 ) -> int:
     """Execute lines ``first`` to ``last`` (exclusive) as far as possible; returns the first line not done.
 
     ``view`` has the motion of the last one afterwards.
 
-    ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file. ``point`` takes
-    the tool axes of lines that all have one.
+    ``point`` takes the tool axes of lines that all have one.
     """
     head = first + _HEAD
     if last - first > _LONG_STRETCH:
-        stretch = _execute(lines, first, head, core, view, shown_line, point)
+        stretch = _execute(lines, first, head, core, view, point)
         if stretch < head:
             return stretch
         first = head
-    return _execute(lines, first, last, core, view, shown_line, point)
+    return _execute(lines, first, last, core, view, point)
 
 
 def _execute(
@@ -261,10 +259,9 @@ def _execute(
     last: int,
     core: Machining,
     view: PlainView,
-    shown_line: int | None,
     point: Point | None,
 ) -> int:
-    if point is None and last - first < _LONG_STRETCH and _execute_alike(lines, first, last, core, view, shown_line):
+    if point is None and last - first < _LONG_STRETCH and _execute_alike(lines, first, last, core, view):
         return last
     setup, state, recorder = core.setup, core.state, core.recorder
     if point is None and lines.offsets is not None and not (lines.arcs and _may_curve(state, view)):
@@ -310,7 +307,7 @@ def _execute(
         delta = np.diff(end, axis=0, prepend=[state.position])
         shown_feed = find_effective_feed(state.feed_mode, feed, angular, *measure_lengths(delta))
     rapid = motion == 0
-    number = np.arange(lines.first_line + first, lines.first_line + last) if shown_line is None else None
+    number = np.arange(lines.first_line + first, lines.first_line + last)
     kind = np.where(rapid, MoveKind.RAPID, MoveKind.FEED)
     shown_feed = np.where(rapid, np.nan, shown_feed)
     is_timed = state.feed_mode == FeedMode.INVERSE
@@ -322,12 +319,9 @@ def _execute(
         straight = bool((moves & ~is_arc).any())
         curves = arcs[0].select_before(len(motion), state.plane)
     if not moves.all():
-        number = number[moves] if number is not None else None
-        kind, shown_feed, moved_ends = kind[moves], shown_feed[moves], end[moves]
+        number, kind, shown_feed, moved_ends = number[moves], kind[moves], shown_feed[moves], end[moves]
     else:
         moved_ends = end
-    if number is None:
-        number = np.full(len(kind), shown_line)
     if given[-1, _F]:
         core.has_zero_feed = bool(feed[-1] == 0.0)
     if recorder.lacks_feed and given[-1, _F]:
@@ -336,12 +330,12 @@ def _execute(
     turn = core.setup.rotary[1]
     if recorder.fixes_c is None and given[-1, turn]:
         first_named = int(lines.first_line + first + np.argmax(given[:, turn]))
-        recorder.fix_c(first_named if shown_line is None else shown_line)
+        recorder.fix_c(first_named)
     state.arc_may_follow = state.arc_may_follow or straight
     view.motion = 10 * int(motion[-1])
     if given[-1, _G] and (name := MOTION_LINES.get(view.motion)):
         own_line = int(lines.first_line + lines.row[last - 1, _G])
-        core.word_lines[name] = own_line if shown_line is None else shown_line
+        core.word_lines[name] = recorder.lines.number(own_line)
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
     for axis in np.flatnonzero(given[-1, :9]).tolist():
@@ -368,9 +362,7 @@ def _find_arcs(
     return arcs, bad
 
 
-def _execute_alike(
-    lines: PlainLines, first: int, last: int, core: Machining, view: PlainView, shown_line: int | None
-) -> bool:
+def _execute_alike(lines: PlainLines, first: int, last: int, core: Machining, view: PlainView) -> bool:
     """Execute lines with one G code, one feed rate, and only axes that the first line names; False for others.
 
     Stretches between other lines are often so, and too short for what :func:`execute` looks at.
@@ -398,17 +390,16 @@ def _execute_alike(
         ends_at[axis] = final[axis]
         state.has_position = state.named_axes[axis] = True
     kind, shown_feed = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
-    line = lines.first_line + first if shown_line is None else shown_line
     if has_feed:
         core.has_zero_feed = feed == 0.0
         core.recorder.note_feed()
-    core.recorder.add_run(state, line, kind, end, shown_feed, is_counted=shown_line is None)
+    core.recorder.add_run(state, lines.first_line + first, kind, end, shown_feed)
     if core.setup.rotary[1] in axes:
-        core.recorder.fix_c(line)
+        core.recorder.fix_c(lines.first_line + first)
     state.arc_may_follow = True
     view.motion = motion
     if has_code and (name := MOTION_LINES.get(motion)):
-        core.word_lines[name] = line
+        core.word_lines[name] = core.recorder.lines.number(lines.first_line + first)
     state.feed = state.feed_angular = feed
     state.position = ends_at
     return True

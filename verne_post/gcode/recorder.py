@@ -16,6 +16,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
+from verne_post.gcode.line_counter import LineCounter
 from verne_post.gcode.program_error import write_before
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, Remedy, make_finding
@@ -149,18 +150,6 @@ def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> N
             np.copyto(end, words, where=named_words)
 
 
-class OtherFile(NamedTuple):
-    """A line of another file that is executed; moves and events have the line that calls it, ``shown_line``."""
-
-    name: str
-    line: int
-    shown_line: int
-
-    def name_line(self) -> str:
-        """As errors there begin; empty where that file calls a subprogram of the program itself."""
-        return f"{self.name}, line {self.line}: " if self.name else ""
-
-
 class Recorder(Struct):
     """Collects motion row by row or block by block, and freezes it into a Moves table."""
 
@@ -173,17 +162,15 @@ class Recorder(Struct):
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
-    #: Warnings by line (as it is named, of another file) and code: a line that is executed again is counted, not
-    #: reported again.
-    warnings: dict[tuple[int | str, str], Finding] = field(default_factory=dict)
+    #: Warnings by line, counted in its own file, and code: of a line that is executed again, they are counted.
+    warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     tcp_ends: list[PlaneCall] = field(default_factory=list)
     calls: list[CallSpan] = field(default_factory=list)
-    place: OtherFile | None = None  #: What is executed of another file.
-    other_files: dict[str, int] = field(default_factory=dict)  #: The files that were called: the line of each first.
+    lines: LineCounter = field(default_factory=LineCounter)
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
     read_tools: set[int] = field(default_factory=set)
@@ -201,7 +188,7 @@ class Recorder(Struct):
     assumed_axes: dict[int, int] = field(default_factory=dict)
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
-    #: Work system -> the first line that selects it.
+    #: Work system -> the first line that selects it, counted in its own file.
     system_lines: dict[int, int] = field(default_factory=dict)
     #: The columns there that are known.
     system_columns: dict[int, int] = field(default_factory=dict)
@@ -226,12 +213,6 @@ class Recorder(Struct):
     def give_up(self, line: int) -> None:
         """An error has ended the execution of a line, whatever is done about it afterwards."""
         self.given_up_line = self.given_up_line or line
-
-    def enter_line(self, file: str, line: int, shown_line: int | None) -> None:
-        """A line comes next; ``shown_line`` calls the ``file`` in which it stands, None for the program itself."""
-        self.place = None if shown_line is None else OtherFile(file, line, shown_line)
-        if shown_line is not None and file:
-            self.other_files.setdefault(file, shown_line)
 
     def note_calls(self, chain: tuple[tuple[int, int], ...]) -> None:
         """The next moves are made inside these calls."""
@@ -273,33 +254,47 @@ class Recorder(Struct):
     def end_tcp(self, line: int, word: str) -> None:
         """A word ends tool-centre-point control, or a plane, and X Y Z count in the directions of the machine."""
         self.say_tcp(False)
-        self.tcp_ends.append(PlaneCall(line, self.count, word))
+        self.note_tcp_end(line, word)
+
+    def note_system(self, system: int, line: int) -> None:
+        """A line selects a work system."""
+        self.system_lines.setdefault(system, self.lines.find_own(line))
+
+    def note_tcp_end(self, line: int, word: str) -> None:
+        """A word ends tool-centre-point control, or the length, and leaves the table as it stands."""
+        self.tcp_ends.append(PlaneCall(line, self.count, word, own_line=self.lines.find_own(line)))
+
+    def select_tool(self, number: int, line: int, name: str = "", *, is_defined: bool = False) -> None:
+        """T selects a tool for the next change, or TOOL DEF does before any TOOL CALL."""
+        own_line = self.lines.find_own(line)
+        self.selections.append(Selection(number, line, self.count, name, is_defined=is_defined, own_line=own_line))
 
     def call_plane(self, line: int, word: str = "", end: str = "", turn: str = "") -> None:
         """A tilted plane is in force from here on; or, without ``word``, none."""
-        self.planes.append(PlaneCall(line, self.count, word, end, turn))
+        self.planes.append(PlaneCall(line, self.count, word, end, turn, self.lines.find_own(line)))
         self.left_plane = 0
 
     def leave_plane(self, line: int) -> None:
         """A line begins what mostly stands after the end of the plane; the first one since moves were made in it."""
         if self.planes and self.planes[-1].word and self.count - self.planes[-1].before > 1:
-            self.left_plane = self.left_plane or line
+            self.left_plane = self.left_plane or self.lines.find_own(line)
 
     def name_plane(self, otherwise: str) -> str:
         """The plane in force by its line, and the change of tools after it; ``otherwise`` where no plane is."""
         plane = self.planes[-1] if self.planes else None
         if plane is None or not plane.word:
             return otherwise
-        change = next((one.line for one in self.events if one.kind == "tool" and one.before > plane.before), 0)
+        changes = (one.own_line or one.line for one in self.events if one.kind == "tool" and one.before > plane.before)
+        change = next(changes, 0)
         after = f" (still in force after the change of tools in line {change})" if change else ""
-        return f"the plane of {plane.word} in line {plane.line}{after}"
+        return f"the plane of {plane.word} in line {plane.own_line}{after}"
 
     def explain_plane(self, otherwise: str) -> str:
         """What to do where the tool is not upright on the plane in force; ``otherwise`` where the program has none."""
         plane = self.planes[-1] if self.planes else None
         if plane is None or not plane.word:
             return otherwise
-        what = f"the plane of {plane.word} in line {plane.line}"
+        what = f"the plane of {plane.word} in line {plane.own_line}"
         before = f", before line {self.left_plane}" if self.left_plane else ""
         if self.count - plane.before > 1:  # it was in use: beside a turn to it there was another move
             if not any(one.kind == "tool" and one.before > plane.before for one in self.events):
@@ -313,7 +308,7 @@ class Recorder(Struct):
         plane = self.planes[-1] if self.planes else None
         if plane is None or not plane.word:
             return ()
-        turn = Remedy("write G53.1", "G53.1", line=plane.line, word=("G", 68.2), way="below")
+        turn = Remedy("write G53.1", "G53.1", line=plane.own_line, word=("G", 68.2), way="below")
         edits = (turn,) if plane.word == "G68.2" else ()
         end = _ENDS_OF_PLANES.get(plane.end)
         return (
@@ -373,6 +368,7 @@ class Recorder(Struct):
         return first
 
     def _keep(self, row: Row) -> None:
+        row = row._replace(line=self.lines.take_move(self.count, row.line))
         self.rows.append(row)
         self.places.append(self.count)
         self.count += 1
@@ -412,11 +408,12 @@ class Recorder(Struct):
         """Record moves that share the modal state, as arrays; those of the kind ARC belong to ``arcs``, in order.
 
         ``tool_axis`` (n, 3) are their own tool axes; None for that of the modal state. ``seconds`` (n,) are their times
-        where the feed rate is one.
+        where the feed rate is one. ``line`` (n,) is counted in the text that is executed.
         """
         n = len(line)
         if n == 0:
             return
+        line = self.lines.take_moves(self.count, line)
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
         shared_columns = (
@@ -444,8 +441,10 @@ class Recorder(Struct):
         self.settled_arcs += n
         return row
 
-    def add_run(self, modes: Modes, line: int, kind: MoveKind, end: RunEnds, feed: float, *, is_counted: bool) -> None:
-        """Record straight moves that differ only in their ends, of lines from ``line`` (``is_counted``) or of one."""
+    def add_run(self, modes: Modes, line: int, kind: MoveKind, end: RunEnds, feed: float) -> None:
+        """Record straight moves that differ only in their ends, of lines from ``line`` on in the text executed."""
+        is_counted = self.lines.place is None
+        line = int(self.lines.take_moves(self.count, line + np.arange(len(end.words)))[0]) if not is_counted else line
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
         shared_columns = (kind, feed, *self._record_modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)
@@ -457,7 +456,7 @@ class Recorder(Struct):
     def fix_c(self, line: int) -> None:
         """Note that a line leaves C no longer open."""
         if self.fixes_c is None:
-            self.fixes_c = line
+            self.fixes_c = line if self.lines.place is None else self.lines.place.shown_line
 
     def note_arc_feed(self, rule: ArcFeed, share: float) -> None:
         """Note that an arc goes at ``share`` times F."""
@@ -466,22 +465,14 @@ class Recorder(Struct):
 
     def record_event(self, line: int, kind: str, **data: object) -> None:
         """Record an auxiliary function, a message, a stop or a call."""
-        place = self.place.name_line() if self.place is not None else ""
-        self.events.append(Event(line, kind, self.count, data, place))
+        own_line = self.lines.find_own(line) if self.lines.place is not None else 0
+        self.events.append(Event(line, kind, self.count, data, own_line))
         self.lacks_feed |= kind == "tool"
 
     def record_tool(self, line: int, kind: str, number: int, data: dict[str, object]) -> None:
         """Record that a tool is selected or comes into the spindle, by the number that it has in here."""
         self.record_event(line, kind, **data)
         self.events[-1] = replace(self.events[-1], tool=number)
-
-    def end_block(self, first_event: int, *, is_compensated: bool) -> None:
-        """A block of another file, or one that calls it, has ended: its events know which moves are its own.
-
-        They begin with number ``first_event``. Cutter compensation records its move later.
-        """
-        for at in range(first_event, len(self.events)):
-            self.events[at] = replace(self.events[at], after=self.count + is_compensated)
 
     def note_feed(self, count: int | None = None) -> None:
         """A feed rate is given, before the move of a number or the next one."""
@@ -500,26 +491,15 @@ class Recorder(Struct):
         advice: str | None = None,
     ) -> None:
         """Record a warning; ``severity`` and ``advice`` where those of the code are others."""
-        key = self.find_key(line, code)
-        if isinstance(key[0], str) and self.place is not None:
-            message, line, column = f"{key[0]}{message}", self.place.shown_line, None
-            edits = tuple(one for one in edits if one.key)
-        before = self.warnings.get(key)
-        self.warnings[key] = (
-            make_finding(
-                code,
-                message,
-                line=line,
-                last_line=line,
-                worst_line=line,
-                column=column,
-                severity=severity or CODES[code].severity,
-                edits=edits,
-                advice=advice,
-            )
-            if before is None
-            else dataclasses.replace(before, count=before.count + 1)
-        )
+        key = self.lines.find_own(line), code
+        before, line = self.warnings.get(key), key[0]
+        if before is not None:
+            self.warnings[key] = dataclasses.replace(before, count=before.count + 1)
+            return
+        where = {"line": line, "last_line": line, "worst_line": line, "column": column}
+        severity = severity or CODES[code].severity
+        item = make_finding(code, message, severity=severity, edits=edits, advice=advice, **where)
+        self.warnings[key] = self.lines.name_calls().place(item)
 
     def note_once(
         self,
@@ -536,14 +516,8 @@ class Recorder(Struct):
         known_texts = (item.message for item in self.warnings.values() if item.code == code)
         if not any(one == message or one.endswith(f": {message}") for one in known_texts):
             self.warn(code, message, line, column, severity, edits)
-            key = self.find_key(line, code)
+            key = self.lines.find_own(line), code
             self.warnings[key] = dataclasses.replace(self.warnings[key], tool=tool, quantity=quantity)
-
-    def find_key(self, line: int, code: str) -> tuple[int | str, str]:
-        """The key of a warning; its line is named where it is the one that is executed of another file."""
-        place = self.place
-        is_there = place is not None and line in (place.line, place.shown_line)
-        return (place.name_line() or line if place is not None and is_there else line), code
 
     def _flush(self, count: int) -> None:
         """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""
@@ -612,7 +586,8 @@ class Recorder(Struct):
         Heads of programs define the stock before they name the system; a control only draws it, in the one that it has.
         """
         stock = self.stock
-        if stock is None or min(self.system_lines.values(), default=math.inf) <= stock.line:
+        lines = map(self.lines.name_calls().show, self.system_lines.values())
+        if stock is None or min(lines, default=math.inf) <= stock.line:
             return stock
         cuts = np.flatnonzero((kind != MoveKind.RAPID) & (kind != MoveKind.DWELL))
         first = tuple(self.frames)[int(frame[cuts[0]])] if len(cuts) else stock.frame
@@ -655,6 +630,7 @@ class Recorder(Struct):
             selections=tuple(self.selections),
             read_tools=frozenset(self.read_tools),
             planes=tuple(self.planes),
+            called_lines=self.lines.freeze(),
             speeds=tuple(self.speeds),
             turn_feeds=tuple(self.turn_feeds),
             feeds=tuple(self.feeds),

@@ -542,13 +542,14 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP056",
-        "doubtful arc",
+        "doubtful arc or tool axis",
         "warning",
         "An arc of half a turn or more leaves both moves beside it at an angle, and the rest of its circle, or the "
         "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
         "the radius R (CR) may have the wrong sign. Or a block with R (CR) names two axes of another plane than the "
-        "active one: then the tool goes along the one that is normal to the plane, on a helix.",
-        "Correct the sense, the sign or the plane. No action is needed if the arc is meant, as the relief of a corner.",
+        "active one: then the tool goes along the one that is normal to the plane, on a helix. Or the tool axis of "
+        "one cut is that of two cuts before and two after it, but for the sign of one component.",
+        "Correct the sense, the sign or the plane. No action is needed if it is meant, as the relief of a corner.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (

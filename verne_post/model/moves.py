@@ -6,7 +6,9 @@ X Y Z A B C U V W. Every row knows its source line.
 """
 
 import math
+import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace as replace_fields
 from enum import IntEnum
 from typing import Any, Final
 
@@ -170,9 +172,7 @@ class Event(Struct, frozen=True):
     kind: str
     before: int
     data: dict[str, object] = field(default_factory=dict)
-    place: str = ""  #: Of a subprogram in another file: that and its line, as messages begin; ``line`` calls it.
-    #: There, and of a block that calls such a file: the number of moves after its block.
-    after: int | None = None
+    own_line: int = 0  #: In another file, which ``line`` calls: its line there, as :class:`CalledLines` counts it.
     #: Number of the tool here, also of a tool that has only a name and so no number in ``data``.
     tool: int = 0
 
@@ -193,6 +193,7 @@ class Selection(Struct, frozen=True):
     is_loaded: bool = False  #: A change of tools loads it before T selects again.
     is_defined: bool = False  #: TOOL DEF names it.
     is_beside_pallet: bool = False  #: M60, the change of pallets, stands in its block: a mistyped M6, as a rule.
+    own_line: int = 0  #: As in :class:`Event`.
 
     def spell(self) -> str:
         """The word of the program."""
@@ -203,8 +204,8 @@ class Selection(Struct, frozen=True):
     def propose_change(self) -> tuple[Remedy, ...]:
         """M6 behind T; TOOL DEF takes a TOOL CALL with its speed, which nobody has said."""
         choice = self.is_beside_pallet
-        edit = Remedy("write M6", "M6", line=self.line, word=("T", self.number), way="behind", is_choice=choice)
-        instead = (Remedy("write M6", "M6", line=self.line, misspelt="M60"),) if choice else ()
+        edit = Remedy("write M6", "M6", line=self.own_line, word=("T", self.number), way="behind", is_choice=choice)
+        instead = (Remedy("write M6", "M6", line=self.own_line, misspelt="M60"),) if choice else ()
         return () if self.is_defined else (*instead, edit)
 
     def describe_change(self) -> str:
@@ -220,6 +221,7 @@ class PlaneCall(Struct, frozen=True):
     word: str = ""  #: What says so, as G68.2; empty where the plane ends.
     end: str = ""  #: What would end it, as G69.
     turn: str = ""  #: What would turn the table to it.
+    own_line: int = 0  #: As in :class:`Event`.
 
 
 def name_tools(events: Iterable[Event]) -> dict[int, str]:
@@ -244,6 +246,82 @@ class CallSpan(Struct, frozen=True):
     #: Of each call, the outermost first: the line that calls, and the first line of the subprogram. A subprogram in
     #: another file has the line that calls it.
     chain: tuple[tuple[int, int], ...]
+
+
+#: Lines of a called file have numbers above it times the number of the call, so that no other line has them.
+LINES_OF_A_CALL: Final = 10**9
+
+
+class CalledLines(Struct, frozen=True):
+    """The lines of other files that a program calls, with numbers of their own, beside those of the lines that call.
+
+    A call of a file is the file and the line of the program that calls it; calls are counted from 1.
+    """
+
+    calls: tuple[tuple[str, int], ...] = ()
+    #: Of stretches of moves, ascending: the number of the first, and its line; 0 for the lines that moves have.
+    before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    line: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def number_moves(self, line: NDArray[np.int32]) -> Ints:
+        """The lines (n,) of all moves, which are (n,) in the program. Lines of a stretch count up with the moves."""
+        numbers = line.astype(np.int64)
+        for first, last, begin in zip(self.before, [*self.before[1:], len(line)], self.line, strict=True):
+            if begin:
+                rows = range(max(first, 0), max(last, 0))  # of a restart, some may be before the first one
+                numbers[rows.start : rows.stop] = begin - first + np.array(rows, np.int64)
+        return numbers
+
+    def find_file(self, number: int) -> tuple[int, str | None, int | None]:
+        """A line in its file, the file, and the line of the program that calls it; None where that is the program."""
+        call, line = divmod(number, LINES_OF_A_CALL)
+        return (line, *self.calls[call - 1]) if call else (number, None, None)
+
+    def show(self, number: int) -> int:
+        """The line of the program that calls the file of a line; that line, if it is one of the program."""
+        line, _file, calling_line = self.find_file(number)
+        return calling_line or line
+
+    def name_line(self, number: int) -> str:
+        """``line 12``, or ``O2000.nc, line 3`` in another file."""
+        line, file, _calling_line = self.find_file(number)
+        return f"{file}, line {line}" if file else f"line {line}"
+
+    def name_lines(self, message: str) -> str:
+        """A message in which such lines are named by their files."""
+        return _CALLED_LINE.sub(lambda found: self.name_line(int(found.group(1))), message)
+
+    def keep_edits(self, edits: tuple[Remedy, ...]) -> tuple[Remedy, ...]:
+        """What is to be written, without what would be in other files."""
+        return tuple(one for one in edits if one.line < LINES_OF_A_CALL)
+
+    def place(self, item: Finding) -> Finding:
+        """A finding of such a line, as one of the line that calls: its message begins with the file and the line.
+
+        What would be written at such a line is left out.
+        """
+        message, edits = self.name_lines(item.message), self.keep_edits(item.edits)
+        if item.line is None or item.line < LINES_OF_A_CALL:
+            last = None if item.last_line is None else self.show(item.last_line)
+            return replace_fields(item, message=message, edits=edits, last_line=last)
+        name, line = f"{self.name_line(item.line)}: ", self.show(item.line)
+        message = message if message.startswith(name) else f"{name}{message}"
+        edits = tuple(one for one in edits if one.key)
+        same = replace_fields(item, message=message, edits=edits, column=None, lines=())
+        return replace_fields(same, line=line, last_line=line, worst_line=line)
+
+    def find_line(self, item: Finding) -> Finding:
+        """A finding of the text, with the line of the other file that its message names."""
+        for number, (file, line) in enumerate(self.calls, 1):
+            named_line = re.match(rf"{re.escape(file)}, line (\d++): ", item.message) if item.line == line else None
+            if named_line is not None:
+                own = number * LINES_OF_A_CALL + int(named_line[1])
+                return replace_fields(item, line=own, last_line=own, worst_line=own)
+        return item
+
+
+#: A number that only lines of called files have, in a message.
+_CALLED_LINE: Final = re.compile(r"\bline (\d{10,}+)")
 
 
 class TablePlace(Struct, frozen=True):
@@ -341,7 +419,9 @@ class Moves(Struct, frozen=True):
     #: part that is; None where the program leaves C open.
     fixes_c: int | None = None
     placed_systems: frozenset[int] = frozenset()  #: Work systems to which the program gives an origin.
-    system_lines: Mapping[int, int] = field(default_factory=dict)  #: Work system -> the first line that selects it.
+    system_lines: Mapping[int, int] = field(
+        default_factory=dict
+    )  #: Work system -> the first line that selects it, in its own file.
     system_columns: Mapping[int, int] = field(default_factory=dict)  #: The columns there that are known.
     #: What a parameter file would keep after the program.
     parameters: Mapping[int, float] = field(default_factory=dict)
@@ -365,9 +445,10 @@ class Moves(Struct, frozen=True):
     selections: tuple[Selection, ...] = ()  #: The tools that T selects, in the order of execution, T0 too.
     read_tools: frozenset[int] = frozenset()  #: Tools whose length or diameter H or D puts in force.
     planes: tuple[PlaneCall, ...] = ()  #: Tilted planes, in the order of execution.
-    #: Line and number of the next move, of each word that gives the spindle a speed.
+    called_lines: CalledLines = CalledLines()
+    #: Line and number of the next move, of each word that gives the spindle a speed; in another file, its line there.
     speeds: tuple[tuple[int, int], ...] = ()
-    turn_feeds: tuple[tuple[int, int], ...] = ()  #: The same of each G95; line 0: in another file.
+    turn_feeds: tuple[tuple[int, int], ...] = ()  #: The same of each G95.
     feeds: tuple[int, ...] = ()  #: Number of the next move, of the first feed rate after each change of tools.
     language: str = ""  #: "siemens", "heidenhain" or "aptcl": whose words messages have; else those of G-code.
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
@@ -419,6 +500,18 @@ class Moves(Struct, frozen=True):
         later = np.flatnonzero(self.kind[move:] != MoveKind.RAPID)[:1] + move
         return line if len(later) and self.line[later[0]] < named_line else named_line
 
+    def count_own_lines(self) -> "Moves":
+        """The same with lines of called files in place of the lines that call them, as ``called_lines`` counts."""
+        called = self.called_lines
+        if not called.calls:
+            return self
+        own = {
+            name: tuple(replace(one, line=one.own_line or one.line) for one in getattr(self, name))
+            for name in ("events", "planes", "selections", "tcp_ends")
+        }
+        findings = tuple(called.find_line(one) for one in self.findings)
+        return replace(self, line=called.number_moves(self.line), findings=findings, **own)
+
     @property
     def dwells(self) -> NDArray[np.intp]:
         """Numbers of the moves that are dwells, as the tool path has them; one of no time is a stop."""
@@ -430,6 +523,8 @@ class Moves(Struct, frozen=True):
         if first == 0:
             return replace(self, events=(*switched, *kept))
         rows = {name: getattr(self, name)[first:] for name in MOVE_COLUMNS}
+        called = self.called_lines
+        called = replace(called, before=called.before - first)
         start_frame = self.frames[self.frame[first - 1]]
         # what has been said before the first move holds from it on
         said = {

@@ -8,6 +8,7 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.apt.arcs import Circle, lay_arc
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.holes import Thread, check_tapping, tap
+from verne_post.gcode.machining.machining import warn_of_long_dwell
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import advise_length
 from verne_post.gcode.program_error import ProgramError
@@ -74,6 +75,7 @@ class AptInterpreter(Rs274):
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
+        self.core.axis_words = "i, j, k of GOTO"
         self.motion = _Motion(self.core, self.values, self.traits)
 
     def execute(self, block: Block) -> None:
@@ -92,6 +94,10 @@ class AptInterpreter(Rs274):
                 raise
         else:
             super().execute(block)
+
+    def _warn_of_long_dwell(self, block: Block) -> None:
+        if self.setup.machine:
+            warn_of_long_dwell(self.core, block.line, self.values.read_dwell(block))
 
     def _tap(self, block: TapBlock) -> None:
         assert block.thread is not None

@@ -51,7 +51,7 @@ def execute_points(points: Points, row: int, last: int, modes: AptModes, interpr
         interpreter.core.hold_tool_axis(units[-1])
         return units
 
-    stretch = plain.execute(lines, 0, n, interpreter.core, view, None, aim_tool)
+    stretch = plain.execute(lines, 0, n, interpreter.core, view, aim_tool)
     if stretch:
         interpreter.go_on_after_plain_lines(view)
         modes.axis = tuple(vectors[stretch - 1].tolist())

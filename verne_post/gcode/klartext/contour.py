@@ -9,7 +9,7 @@ from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.contour_queue import Corner
 from verne_post.gcode.machining.elements import Element
-from verne_post.gcode.machining.machining import explain_no_feed
+from verne_post.gcode.machining.machining import explain_no_feed, warn_of_deviation
 from verne_post.gcode.missing_setup import advise_length, find_tool_key, suggest_call
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.findings import Remedy
@@ -35,9 +35,10 @@ class KlartextContour:
         self.last_rapid = False
         self.last_cut = 0  # Line of the last motion if X, Y or Z cut in it, else 0
         self.delta_radius = 0.0
+        self.delta_line = 0  #: Of the TOOL CALL with DR, counted in its own file, until the radius counts.
         self.call_feed = 0.0  # F of TOOL CALL, which F AUTO takes
         self.per_turn = False  # M136
-        self.turn_line = 0  #: Of M136; 0 in another file.
+        self.turn_line = 0  #: Of M136, counted in its own file.
 
     # --- elements in order ---------------------------------------------------------------------------
 
@@ -92,8 +93,8 @@ class KlartextContour:
         if named_tool is None:
             return ProgramError("VP012", other_text, about="TOOL CALL").advise(advice)
         text = (
-            f"no TOOL CALL before {what}: {named_tool.spell()} in line {named_tool.line} only names the tool; write "
-            f"TOOL CALL {named_tool.number} Z S with its speed after it"
+            f"no TOOL CALL before {what}: {named_tool.spell()} in line {named_tool.own_line} only names the tool; "
+            f"write TOOL CALL {named_tool.number} Z S with its speed after it"
         )
         return ProgramError("VP012", text, about="TOOL CALL").advise("")
 
@@ -186,12 +187,11 @@ class KlartextContour:
         """
         if self.per_turn:
             line = self.turn_line
-            edits = (Remedy("write M137", "137", line=line, word=("M", 136.0), is_choice=True),) if line else ()
-            where = f" of line {line}" if line else ""
+            edits = (Remedy("write M137", "137", line=line, word=("M", 136.0), is_choice=True),)
             raise ProgramError(
                 "VP017",
-                f"F{feed:g} of a cycle while M136{where} makes F a feed rate per turn: whether the control then takes "
-                "it in mm per turn or per minute is not known here; write M137 before the cycle",
+                f"F{feed:g} of a cycle while M136 of line {line} makes F a feed rate per turn: whether the control "
+                "then takes it in mm per turn or per minute is not known here; write M137 before the cycle",
                 edits=edits,
             )
         self.core.set_feed(self.read_feed_word(feed))
@@ -267,6 +267,10 @@ class KlartextContour:
         if radius <= 0:
             name = describe_tool_number(number, state.tool_names)
             raise ProgramError("VP007", f"{name} has the radius {radius:g} mm with DR of its call")
+        line, self.delta_line = self.delta_line, 0
+        if line:
+            name = describe_tool_number(number, state.tool_names)
+            warn_of_deviation(self.core, "DR", self.delta_radius, 0.5 * tool.diameter, name, line)
         return radius
 
     @property

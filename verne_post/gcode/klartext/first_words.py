@@ -1,7 +1,7 @@
 """Lines of Klartext that begin with no word of the language: what is meant by their first words."""
 
 import re
-from itertools import pairwise
+from itertools import dropwhile, pairwise
 from typing import Final
 
 from verne_post.base.suggestions import DIGITS_OF_KEYS, drop_doubles, find_meant
@@ -33,6 +33,8 @@ _COORDINATE: Final = re.compile(
 _AXIS: Final = re.compile(r"I?(?:[XYZABCUVW]|P[AR])[-+.,\dQ=]")
 #: Statements that coordinates follow.
 _PATH: Final = re.compile(r"L[NP]?|C[CPRT]?|CTP")
+#: A coordinate with = before its number.
+_WITH_EQUALS: Final = re.compile(r"(I?(?:[XYZABCUVW]|P[AR]))[ \t]*=[ \t]*(\d++[.,]?\d*+|[.,]\d++)(?!\w)")
 _DIRECTION: Final = re.compile(r"(?<!\w)DR[ \t]*[-+]")
 LETTERS_AS_DIGITS: Final = str.maketrans("OIL", "011")
 #: The number of a block in which letters stand for digits.
@@ -102,10 +104,19 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             return ProgramError("VP001", f"{place}: no parameter; did you mean Q{place[1:]}?", begin + 1)
         if swapped_words := _find_swapped(text, begin):
             return swapped_words
+        if path := _find_late_path(text, begin):
+            what = (
+                f"{place}: {path} stands after the coordinates; write {path} before {place}, at the start of the block"
+            )
+            return ProgramError("VP001", what, begin + 1)
         kind = "C" if _DIRECTION.search(text, begin) else "L"
         right = f"{_name_path(kind, text[begin:]) or kind} {place}"
         what = f"{place}: coordinates without a path function before them; write {right}"
         return ProgramError("VP001", what, begin + 1, edits=write_words(place, right, line=line))
+    if equal := _WITH_EQUALS.match(text, begin):
+        either = " or ".join(f"L {equal[1]}{sign}{equal[2]}" for sign in "+-")
+        what = f"{equal[0]}: a coordinate has no =, and no path function stands before it; write {either}"
+        return ProgramError("VP001", what, begin + 1)
     if joined_label := _JOINED_LABEL.match(text, begin):
         return refuse_joined(joined_label.group(), begin + 1, line)
     wrong_number = _BLOCK_NUMBER.match(text)
@@ -163,6 +174,14 @@ def _find_swapped(text: str, begin: int) -> ProgramError | None:
             what = f"{first} {second}: two words in the wrong order; did you mean {second} {first}?"
             return ProgramError("VP001", what, place + 1)
     return None
+
+
+def _find_late_path(text: str, begin: int) -> str:
+    """The path function that stands behind two coordinates or more, as in X+5 Y+5 L R0; empty where none does."""
+    words = text[begin:_LONGEST].split()
+    late_words = dropwhile(_AXIS.match, words)
+    path = next(late_words, "")
+    return path if _PATH.fullmatch(path) else ""
 
 
 def _find_path(text: str) -> str:

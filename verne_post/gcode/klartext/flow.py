@@ -278,7 +278,7 @@ class _KlartextRun:
         interpreter.frames.block.line = self.calls.shown_line or self.calls.line
         state = interpreter.state
         start = state.position[0], state.position[1]
-        stretch = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line)
+        stretch = plain.execute(chunk.lines, row, last, interpreter.core, view)
         if stretch > row:
             first, self.calls.line = self.calls.line, self.calls.line + stretch - row
             interpreter.contour.last_rapid = view.motion == 0

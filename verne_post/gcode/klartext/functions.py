@@ -30,7 +30,7 @@ from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.model.findings import Remedy
-from verne_post.model.moves import ZERO9, FeedMode, MoveKind, Selection
+from verne_post.model.moves import ZERO9, FeedMode, MoveKind
 from verne_post.model.part_setup import Tool, describe_tool_number
 
 _TOOL_NAME: Final = re.compile(r"[ \t]*(?:\"([^\"]+)\"|(QS\d+))(?=[ \t]|$)")
@@ -129,15 +129,12 @@ class KlartextFunctions:
         line, state = self.frames.block.line, self.state
         length_before = state.frame.tool_length
         self.contour.delta_radius, self.delta_length = delta_radius, delta_length
+        self.contour.delta_line = self.core.recorder.lines.find_own(line) if delta_radius else 0
         at, tools = At(line, {"T": column, "H": column}), self.core.tools
         tools.select(at, number)
         tools.change(at)
         tools.set_length(lambda: tools.find_offset(at, number) if number else ZERO9)
         name_of_tool = describe_tool_number(number, state.tool_names)
-        tool = None if state.tools is None else state.tools.get(number)
-        radius = 0.0 if tool is None else 0.5 * tool.diameter
-        if delta_radius > -radius:  # less is refused where the radius counts
-            warn_of_deviation(self.core, "DR", delta_radius, radius, name_of_tool, line)
         if delta_length:
             if delta_length > state.frame.tool_length > 0:
                 text = (
@@ -181,8 +178,7 @@ class KlartextFunctions:
             raise statement.error("VP005", "TOOL DEF needs the number of the tool, or its name")
         rest = replace(statement, rest=statement.rest[at:], begin=statement.begin + at)
         if self.state.loaded_tool is None:  # nothing has called a tool, for which it may prepare the next one
-            recorder, line = self.core.recorder, self.frames.block.line
-            recorder.selections.append(Selection(number, line, recorder.count, is_defined=True))
+            self.core.recorder.select_tool(number, self.frames.block.line, is_defined=True)
         words = read_words(rest, self.q, TOOL_WORDS)
         given = [(name[0], words.take(name)) for name in ("LEN", "L", "R")]
         words.check_used(rest)
@@ -284,7 +280,7 @@ class KlartextFunctions:
             if self.contour.per_turn != (number == 136):
                 self._end_feed(number)
             self.contour.per_turn, recorder = number == 136, self.core.recorder
-            self.contour.turn_line = 0 if recorder.place is not None or number == 137 else self.frames.block.line
+            self.contour.turn_line = 0 if number == 137 else recorder.lines.find_own(self.frames.block.line)
             recorder.turn_feeds.append((self.contour.turn_line, recorder.count))
         elif number in (109, 110):
             self.core.set_arc_feed(ARC_FEEDS[number])
@@ -322,7 +318,7 @@ class KlartextFunctions:
         self.waiting.refuse("M128" if on else "M129")
         self.core.refuse_compensation("M128" if on else "M129")
         if on and not self.modes.tcp:
-            self.modes.tcp_line = self.frames.block.line
+            self.modes.tcp_line = self.core.recorder.lines.find_own(self.frames.block.line)
             self.core.recorder.leave_plane(self.modes.tcp_line)
             if self.frames.maps.tilt is None:
                 warn_of_late_tcp(self.core, self.contour.last_cut, self.modes.tcp_line, "M128")

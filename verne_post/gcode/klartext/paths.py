@@ -296,7 +296,8 @@ class KlartextPaths:
         """The element that leads to a target at the feed rate in force."""
         state = self.state
         axes = tuple(target.axes)
-        return Element(self.frames.block.line, target.start, target.end, kind, state.feed, axes, arc, state.arc_feed)
+        line = self.frames.recorder.lines.find_own(self.frames.block.line)
+        return Element(line, target.start, target.end, kind, state.feed, axes, arc, state.arc_feed)
 
 
 #: What makes the element of a path function.

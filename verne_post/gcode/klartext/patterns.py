@@ -247,7 +247,7 @@ class KlartextPatterns:
         for definition in cycle.definitions:
             if (at := find_parameter(definition, Q.DEPTH)) is not None:
                 line, column = definition.find_place(at)
-        if self.core.recorder.find_key(line, "VP007") not in self.core.recorder.warnings:
+        if (self.core.recorder.lines.find_own(line), "VP007") not in self.core.recorder.warnings:
             text = f"Q201=0: the control does not run cycle {cycle.number} with depth 0; write the depth, below 0"
             self.core.recorder.warn("VP007", text, line, column, "warning")
 
@@ -268,7 +268,7 @@ class KlartextPatterns:
             self.modal = 0
             self.call_cycle()
         elif "modal" in self.functions.calls:
-            self.modal = self.frames.block.line
+            self.modal = self.core.recorder.lines.find_own(self.frames.block.line)
             self.core.watcher.last_hole = None
             self._watch_plane()
             self.call_cycle()

@@ -428,7 +428,7 @@ class KlartextSettings:
         line, recorder, at = self.frames.block.line, self.core.recorder, find_parameter(statement, Q.PRESET_NUMBER)
         if at is not None and statement.line == line and system not in recorder.system_lines:
             line, recorder.system_columns[system] = statement.find_place(at)
-        recorder.system_lines.setdefault(system, line)
+        recorder.note_system(system, line)
         self.core.frames.set_frame(
             replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool, feature=None)
         )

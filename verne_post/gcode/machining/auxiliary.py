@@ -34,8 +34,9 @@ class Auxiliary:
         """A spindle speed (1/min); ``is_switched``: M3, M4, M5 or M19 of the same block says the rest."""
         state = self.state
         if speed < 0:
-            raise at.error("VP007", f"S{speed:g}: a spindle speed is not negative", "S")
-        self.recorder.speeds.append((at.line, self.recorder.count))
+            word = "SPINDL " if self.recorder.language == "aptcl" else "S"
+            raise at.error("VP007", f"{word}{speed:g}: a spindle speed is not negative", "S")
+        self.recorder.speeds.append((self.recorder.lines.find_own(at.line), self.recorder.count))
         is_new = state.spindle_speed != speed
         state.spindle_speed = speed
         if is_new and state.spindle_on and not is_switched:
@@ -55,7 +56,7 @@ class Auxiliary:
         self.recorder.record_event(at.line, "spindle mode", code=code, **data)
         if speed is not None:
             state.spindle_speed = speed
-            self.recorder.speeds.append((at.line, self.recorder.count))
+            self.recorder.speeds.append((self.recorder.lines.find_own(at.line), self.recorder.count))
         if is_new and state.spindle_on:  # also where the number is the same, it means something else
             self.switch_spindle(at, on=True, backwards=state.spindle_reversed)
 

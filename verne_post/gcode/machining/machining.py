@@ -69,8 +69,14 @@ def explain_no_feed(core: "Machining", words: str) -> str:
 MOTION_LINES: Final[dict[int | None, str]] = {0: "G0", 20: "arc", 30: "arc"}
 
 
+def note_word(core: "Machining", name: str, line: int) -> None:
+    """A word of a line is in force; the line is counted in its own file."""
+    core.word_lines[name] = core.recorder.lines.find_own(line)
+
+
 def name_word(core: "Machining", name: str, word: str, line: int) -> str:
     """``; G91 of line 33 is active``, where an earlier line than ``line`` has put the word in force."""
+    line = core.recorder.lines.find_own(line)
     since = core.word_lines.get(name, line)
     return "" if since == line else f"; {word} of line {since} is active"
 
@@ -110,9 +116,9 @@ def warn_of_deviation(core: "Machining", word: str, value: float, radius: float,
 def name_feed_mode(core: "Machining", mode: FeedMode, line: int) -> None:
     """What F means from a word of ``line`` on, which is what a message about it names."""
     core.set_feed_mode(mode)
-    core.word_lines["G93"] = line if mode == _INVERSE else 0
+    note_word(core, "G93", line if mode == _INVERSE else 0)
     if mode == _PER_REVOLUTION:
-        core.recorder.turn_feeds.append((0 if core.recorder.place is not None else line, core.recorder.count))
+        core.recorder.turn_feeds.append((core.recorder.lines.find_own(line), core.recorder.count))
 
 
 def explain_inverse_time(core: "Machining", error: ProgramError) -> ProgramError:
@@ -180,6 +186,7 @@ def explain_g91(core: "Machining", error: ProgramError, line: int) -> ProgramErr
 
 def refuse_bare_arc(core: "Machining", motion: str, line: int, text: str) -> ProgramError:
     """The error of an arc without a centre, with the G2 or G3 of a line above; all of one are one finding."""
+    line = core.recorder.lines.find_own(line)
     since = core.word_lines.get("arc", line)
     mode = f"{motion} of line {since}"
     start = "" if since == line else f"{mode} is still in force: write G1 if a line is meant; "
@@ -191,7 +198,7 @@ def note_g91(core: "Machining", line: int, *, absolute: bool) -> None:
     if absolute:
         core.word_lines.pop("G91", None)
     else:
-        core.word_lines.setdefault("G91", line)
+        core.word_lines.setdefault("G91", core.recorder.lines.find_own(line))
 
 
 def warn_of_idle_feed(core: "Machining", at: At, feed: float) -> None:
@@ -472,7 +479,9 @@ class Machining:
             feed = self.find_feed(measure_lengths(np.array(target) - np.array(begin)))
         self.recorder.add(state, at.line, kind, target, feed)
         if state.compensation is not None:
-            state.compensation.settle(self.recorder.count - 1, at.line, end, is_rapid=kind == MoveKind.RAPID)
+            state.compensation.settle(
+                self.recorder.count - 1, self.recorder.lines.find_own(at.line), end, is_rapid=kind == MoveKind.RAPID
+            )
             state.centre = target
         state.arc_may_follow = True
         self.arrive(end, axes, absolute=absolute)
@@ -506,7 +515,7 @@ class Machining:
             feed *= measure_arc(arc, start, end)
         self.recorder.add(state, at.line, MoveKind.ARC, target, feed, arc)
         if state.compensation is not None:
-            state.compensation.settle(self.recorder.count - 1, at.line, end)
+            state.compensation.settle(self.recorder.count - 1, self.recorder.lines.find_own(at.line), end)
             state.centre = target
         self.arrive(end, axes, absolute=absolute)
 

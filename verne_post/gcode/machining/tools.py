@@ -12,7 +12,7 @@ from verne_post.gcode.machining.state import describe_tool_event
 from verne_post.gcode.missing_setup import check_measured, find_tool_key, report_missing_tool, stands_in
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.findings import Remedy
-from verne_post.model.moves import ZERO9, Selection
+from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import Tool, Vector9, describe_tool_number, spell_tool_word
 
 
@@ -44,7 +44,7 @@ class Tools:
     def select(self, at: At, number: int) -> None:
         """The tool comes with the next tool change."""
         name = self.state.tool_names.get(number, "")
-        self.recorder.selections.append(Selection(number, at.line, self.recorder.count, name))
+        self.recorder.select_tool(number, at.line, name)
         self.check_tool(at, number, "T")
         self.state.selected_tool = number
 
@@ -231,7 +231,7 @@ class Tools:
     def _report_missing_change(self, at: At, number: int) -> None:
         """VP041, once a program: H puts another length in force than one before, and no tool has been called."""
         if self._first_length is None:
-            self._first_length = number, at.line
+            self._first_length = number, self.recorder.lines.find_own(at.line)
         first, line = self._first_length
         one, other = ((self.state.tools or {}).get(key) for key in (first, number))
         if one is None or other is None or stands_in(one) or stands_in(other) or one.unmeasured or other.unmeasured:
@@ -250,19 +250,20 @@ class Tools:
         """Whether the tool of H is not in the spindle because M6, or T, is missing before: VP041 there says so."""
         selections, warnings = self.recorder.selections, self.recorder.warnings
         last = selections[-1] if selections else None
-        puts = f"H{number} in line {at.line} puts its length, {length:g} mm, in force, and {holds}"
+        line = self.recorder.lines.find_own(at.line)
+        puts = f"H{number} in line {line} puts its length, {length:g} mm, in force, and {holds}"
         if last is not None and not last.is_loaded and last.number == number:
             text = f"T{number} only selects the tool, and no M6 loads it: {puts}; write {last.describe_change()}"
-            self.recorder.note_once("VP041", text, last.line, last.propose_change(), number, "length")
+            self.recorder.note_once("VP041", text, last.own_line, last.propose_change(), number, "length")
             return True
-        change = next((one.place or one.line for one in reversed(self.recorder.events) if one.kind == "tool"), 0)
+        change = next((one.own_line or one.line for one in reversed(self.recorder.events) if one.kind == "tool"), 0)
         warning = warnings.get((change, "VP041"))
         if warning is None or (last is not None and not last.is_loaded):
             return False
         if warning.tool is None:
             text = f"M6 without T loads no other tool: {puts}; write T{number} before M6"
-            text = f"{change}{text}" if isinstance(change, str) else text
-            warnings[change, "VP041"] = dataclasses.replace(warning, message=text, tool=number, quantity="length")
+            changed_warning = dataclasses.replace(warning, line=change, message=text, tool=number, quantity="length")
+            warnings[change, "VP041"] = self.recorder.lines.name_calls().place(changed_warning)
         return True
 
     def compare_diameter(self, at: At, number: int) -> None:

@@ -59,7 +59,7 @@ class Watcher(Struct):
         ``at_plane``: ``line`` is that of a plane.
         """
         if what not in self.told_lines:
-            self.told_lines[what] = line
+            self.told_lines[what] = self.recorder.lines.find_own(line)
             quantity = _PLANE if at_plane else ""
             self.recorder.note_once("VP043", f"{what} {where}; {end}", line, edits, quantity=quantity)
 
@@ -78,30 +78,32 @@ class Watcher(Struct):
         """VP043 where a modal cycle makes a hole in another plane than its last."""
         plane = self.find_new_plane(state)
         if plane is not None:
-            self.report(what, name_new_plane(plane), end, plane.line, at_plane=True)
+            self.report(what, name_new_plane(plane), end, plane.own_line, at_plane=True)
 
     def explain(self, error: ProgramError, what: str, end: str, here: int, otherwise: str = "") -> None:
         """Say in an error of a line, ``here``, that it is still in force, in place of VP043 and at the line of VP043.
 
         ``otherwise`` has the place of a missing end where no VP043 has told it.
         """
-        line, place, file = self.told_lines.pop(what, 0), self.recorder.place, ""
+        line, here = self.told_lines.pop(what, 0), self.recorder.lines.find_own(here)
         warnings = self.recorder.warnings
         for key in [key for key, item in warnings.items() if key[1] == "VP043" and f": {what}" in f": {item.message}"]:
             error.edits = warnings.pop(key).edits if line else error.edits
-            file = key[0].removesuffix(": ") if isinstance(key[0], str) else ""
-        where = f"before {file or f'line {line}'}" if line else otherwise
+        where = f"before line {line}" if line else otherwise
         why = error.message
-        if line and line != here and not error.line and not file:  # VP043 is one of the program itself
-            in_file = place.name_line() if place is not None and here == place.shown_line else ""
+        if line and line != here and not error.line:
             error.line, error.column, error.of_program = line, None, True
-            why = f"{in_file or f'line {here}: '}{why}"
+            why = f"line {here}: {why}"
         error.message = f"{what}; {end}{where and f' {where}'} ({why})"
 
 
 def name_new_plane(plane: PlaneCall) -> str:
     """Where a cycle is still in force after a call of a plane."""
-    return f"in the new plane of line {plane.line}" if plane.word else f"after the plane, which line {plane.line} ends"
+    return (
+        f"in the new plane of line {plane.own_line}"
+        if plane.word
+        else f"after the plane, which line {plane.own_line} ends"
+    )
 
 
 def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Finding]:

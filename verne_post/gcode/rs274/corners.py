@@ -31,7 +31,17 @@ class FanucCorners:
             self.core.go_straight(at, kind, end, axes, absolute=absolute)
             return
         state = self.core.state
-        self._add(Element(at.line, list(state.position), end, kind, state.feed, tuple(axes), absolute=absolute))
+        self._add(
+            Element(
+                self.core.recorder.lines.find_own(at.line),
+                list(state.position),
+                end,
+                kind,
+                state.feed,
+                tuple(axes),
+                absolute=absolute,
+            )
+        )
 
     def add_arc(
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
@@ -41,7 +51,18 @@ class FanucCorners:
             self.core.go_on_arc(at, start, end, arc, axes, absolute=absolute)
             return
         feed = self.core.state.feed
-        self._add(Element(at.line, list(start), end, MoveKind.FEED, feed, tuple(axes), arc, absolute=absolute))
+        self._add(
+            Element(
+                self.core.recorder.lines.find_own(at.line),
+                list(start),
+                end,
+                MoveKind.FEED,
+                feed,
+                tuple(axes),
+                arc,
+                absolute=absolute,
+            )
+        )
 
     def prepare(self, block: Block, modes: Modes) -> None:
         """Take the corner that ends a block; refuse (VP017) anything but a line or an arc after one."""

@@ -59,7 +59,7 @@ class CycleCodes:
         if before is not None and goes_on and not _has_code(block, motion) and (before.change or plane is not None):
             where, end_line = f"after the change of tools in line {before.change}", before.change
             if plane is not None and not before.change:
-                where, told_line, end_line = name_new_plane(plane), plane.line, plane.line
+                where, told_line, end_line = name_new_plane(plane), plane.own_line, plane.own_line
             mode = f"{name} of line {before.line} is still in force"
             mode_text = mode, where, "write G80 before that if no hole is meant"
         try:
@@ -68,7 +68,7 @@ class CycleCodes:
             error.message += "; {} {}; {}".format(*mode_text) if mode_text else ""
             raise
         if mode_text:
-            at_plane = plane is not None and told_line == plane.line
+            at_plane = plane is not None and told_line == plane.own_line
             watcher.report(*mode_text, told_line, write_before("G80", line=end_line), at_plane=at_plane)
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
         cycle = self._read_cycle_heights(block, motion, normal, before)
@@ -160,7 +160,8 @@ class CycleCodes:
         of_g90 = (self.modes.absolute, self.modes.absolute)
         if before is not None:
             (clear, bottom), of_g90 = self._read_changed_heights(block, motion, before, (clear, bottom), z)
-        line = block.line if _has_code(block, motion) or series is None else series.line
+        goes_on = series is not None and not _has_code(block, motion)
+        line = series.line if series is not None and goes_on else self.recorder.lines.find_own(block.line)
         if clear <= bottom + ZERO_LENGTH_MM:
             self._report_no_depth(block, motion, line, clear, bottom)
         if motion in NEEDS_STEP and "I" in block.words:
@@ -198,7 +199,7 @@ class CycleCodes:
         is_r = words == ["R"] or (len(words) == 2 and self.modes.absolute and clear <= 0)
         wrong_letter = "R" if is_r else letter
         still = f"; {spell_g_code(motion)} of line {line} is still active: if no hole is meant, write G80 first"
-        remedy = still if line != block.line and not is_r else ""
+        remedy = still if line != self.recorder.lines.find_own(block.line) and not is_r else ""
         r, z = (f"{value / MM_PER_INCH:g} inch" if self.modes.inch else f"{value:g} mm" for value in (clear, bottom))
         if clear >= bottom:
             if words:  # the holes after it are of the same cause

@@ -17,6 +17,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import Block, read_block
 from verne_post.gcode.codes import TAKES_AXES, CodeTable, spell_g_code
 from verne_post.gcode.execution import Execution, StopConditions
+from verne_post.gcode.machining.machining import note_word
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainView
 from verne_post.gcode.program_error import ProgramError
@@ -480,7 +481,7 @@ class FanucInterpreter(Rs274):
     def _set_own_modes(self, block: Block, g: dict[str, int]) -> None:
         if "plane" in g:
             self.core.set_plane((g["plane"] - 170) // 10)
-            self.core.word_lines["plane"] = block.line
+            note_word(self.core, "plane", block.line)
         if "tilted plane" in g:
             self.planes.set_plane(block, g["tilted plane"])
         if "dynamic work offset" in g:
@@ -641,8 +642,9 @@ def execute_fanuc(source: Text, setup: Setup, state: State, stop: StopConditions
     keys = read_keys(FanucKeys, setup.control.get("fanuc", {}))
     if setup.machine and stop == StopConditions():
         recorder = execution.recorder
-        for found in () if keys.decimal_point else find_mixtures(source, recorder, setup, execution.errors):
-            place = found.line or 1 if found.column is not None else found.message
+        mixtures = () if keys.decimal_point else find_mixtures(source, recorder, setup, execution.errors)
+        for number, found in enumerate(mixtures):  # several files may be called in one line
+            place = found.line or 1 if found.column is not None else -number
             recorder.warnings[place, found.code] = found
         if not keys.units and (line := find_length_without_unit(source)):
             execution.recorder.note_once("VP039", _NO_UNIT, line)

@@ -55,7 +55,7 @@ def find_mixtures(source: Text, recorder: Recorder, setup: Setup, errors: Iterab
     an error lack no point: a letter may stand in place of it.
     """
     called_texts = {setup.name_file(name, "ngc"): text for name, text in setup.subroutines.items()}
-    texts = {"": source, **{name: called_texts[name] for name in recorder.other_files if name in called_texts}}
+    texts = {"": source, **{name: called_texts[name] for name in recorder.lines.other_files if name in called_texts}}
     pointed_lines = {name: _find_pointed_line(text) for name, text in texts.items()}
     in_error = [(item.line, item.message) for item in errors]
     for name, text in texts.items():
@@ -73,7 +73,7 @@ def find_mixtures(source: Text, recorder: Recorder, setup: Setup, errors: Iterab
             of_units = text if _has_unit(text) else source
             found = _report_mixture(text, bare, f"line {pointed_lines[own]}{there}", of_units)
             if name:
-                line, message = recorder.other_files[name], f"{name}, line {found.line}: {found.message}"
+                line, message = recorder.lines.other_files[name], f"{name}, line {found.line}: {found.message}"
                 found = replace(found, message=message, line=line, last_line=line, worst_line=line, column=None)
             yield found
 

@@ -82,7 +82,8 @@ class FunctionCodes:
         if code != 61:
             self.core.tools.change(block)
             if self.modes.cycle is not None:
-                self.modes.cycle = replace(self.modes.cycle, change=block.line)
+                change = self.core.recorder.lines.find_own(block.line)
+                self.modes.cycle = replace(self.modes.cycle, change=change)
             if "F" in block.words:  # it is that of the new tool
                 self.core.recorder.note_feed()
             return

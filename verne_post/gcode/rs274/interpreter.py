@@ -28,7 +28,14 @@ from verne_post.gcode.codes import (
     spell_g_code,
 )
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
-from verne_post.gcode.machining.machining import MOTION_LINES, Machining, explain_g91, note_g91, warn_of_idle_feed
+from verne_post.gcode.machining.machining import (
+    MOTION_LINES,
+    Machining,
+    explain_g91,
+    note_g91,
+    note_word,
+    warn_of_idle_feed,
+)
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.parameters import Parameters
@@ -255,7 +262,7 @@ class Rs274(Language):
                 warn_of_idle_feed(self.core, block, words["F"])
         assert motion is not None
         if block.codes and (name := MOTION_LINES.get(motion)):
-            self.core.word_lines[name] = block.line
+            note_word(self.core, name, block.line)
         self.modes.motion, self.modes.cycle = motion, None
         self.motion.move(block, motion, machine=False)
         return True
@@ -421,7 +428,7 @@ class Rs274(Language):
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
         if "plane" in g:
             self.core.set_plane((g["plane"] - 170) // 10)
-            self.core.word_lines["plane"] = block.line
+            note_word(self.core, "plane", block.line)
         if "units" in g:
             self.modes.inch = g["units"] == 200
         if "lathe diameter" in g:
@@ -447,7 +454,7 @@ class Rs274(Language):
         if "retract" in g:
             self.modes.initial_level = g["retract"] == 980
         if name := MOTION_LINES.get(g.get("motion")):
-            self.core.word_lines[name] = block.line
+            note_word(self.core, name, block.line)
         if "motion" in g or "cancel" in g:
             self._set_motion(g.get("motion"))
         if self.modes.motion not in CYCLES:
@@ -468,7 +475,7 @@ class Rs274(Language):
 
     def _select_system(self, block: Block, code: int) -> None:
         system = self._find_system_number(block, code)
-        self.core.recorder.system_lines.setdefault(system, block.line)
+        self.core.recorder.note_system(system, block.line)
         self.core.frames.select_system(system)
 
     def _find_system_number(self, block: Block, code: int) -> int:

@@ -89,8 +89,9 @@ def refuse_lacking(
             if selection.number in (state.tools or {}):
                 then = f"G43 H{selection.number}"
                 text = (
-                    f"{selection.spell()} of line {selection.line} only selects the tool, and no length is in force "
-                    f"before the first feed move; write {selection.describe_change()}, and {then} before this move"
+                    f"{selection.spell()} of line {selection.own_line} only selects the tool, and no length is in "
+                    f"force before the first feed move; write {selection.describe_change()}, and "
+                    f"{then} before this move"
                 )
                 raise ProgramError("VP012", text, edits=write_before(then)).advise("")
         length = None if tool is None or tool.unmeasured else tool.offset[2]
@@ -385,7 +386,8 @@ class MotionCodes:
         vector = np.array([block.words[letter] for letter in "IJK"])
         size = float(measure_length(vector))
         if abs(size - 1.0) > VECTOR_LENGTH:
-            raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
+            text = f"the tool axis ({self.core.axis_words}) has length {size:.6g}; it must be a unit vector"
+            raise block.error("VP007", text, "I")
         self.core.hold_tool_axis(vector / size)
         return self.setup.coordinates.turn_to_axis(end, vector / size, self.state.frame)
 

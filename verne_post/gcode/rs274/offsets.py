@@ -8,13 +8,13 @@ from msgspec.structs import replace
 
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, note_word
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import TCP_CODES
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import WordValues, read_whole
-from verne_post.model.moves import AXES, ZERO9, PlaneCall
+from verne_post.model.moves import AXES, ZERO9
 from verne_post.model.part_setup import Tool, Vector9
 
 _Z: Final = 2
@@ -40,10 +40,11 @@ class OffsetCodes:
 
     def set_tool_length(self, block: Block, code: int) -> None:
         if code != 490 or self.state.modes.length_code is not None:
-            self.state.modes.length_code, self.core.word_lines["length"] = code, block.line
+            self.state.modes.length_code = code
+            note_word(self.core, "length", block.line)
         say_directions(self.core)
         if code == 490:
-            self.core.recorder.tcp_ends.append(PlaneCall(block.line, self.core.recorder.count, "G49"))
+            self.core.recorder.note_tcp_end(block.line, "G49")
         find = {490: lambda: ZERO9, 431: lambda: self._read_offset(block), 432: lambda: self._add_offset(block)}.get(
             code
         )

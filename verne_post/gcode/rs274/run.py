@@ -130,7 +130,7 @@ class _BlockRun:
         if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):
             return False
         point = take_vectors(interpreter.core, chunk.lines) if view.has_tool_axes else None
-        stretch = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line, point)
+        stretch = plain.execute(chunk.lines, row, last, interpreter.core, view, point)
         if stretch > row:
             interpreter.go_on_after_plain_lines(view)
             first, self.calls.line = self.calls.line, self.calls.line + stretch - row
@@ -184,7 +184,7 @@ class _BlockRun:
             own = [one for one in errors if number.begin <= (one.column or 0) <= number.end and one.code != "VP008"]
             if own:
                 recorder = self.flow.interpreter.recorder
-                recorder.warnings.pop(recorder.find_key(line, "VP001"), None)
+                recorder.warnings.pop((recorder.lines.find_own(line), "VP001"), None)
                 recovery.pass_unread(text, line)
                 return [number.error, *(one for one in errors if one not in own and one.code not in OF_WORDS)]
         return errors
@@ -330,7 +330,7 @@ def _is_executed(raw: bytes, setup: Setup) -> bool:
     return bool(raw.strip()) and not (setup.block_delete and raw.lstrip().startswith(b"/"))
 
 
-def _find_columns_of_warnings(warnings: dict[tuple[int | str, str], Finding], first: int, raw: bytes) -> None:
+def _find_columns_of_warnings(warnings: dict[tuple[int, str], Finding], first: int, raw: bytes) -> None:
     """The same for the warnings of the line: those from number ``first`` on."""
     for key, item in list(warnings.items())[first:]:
         if item.column is not None and item.column < 0:

@@ -143,7 +143,9 @@ class SiemensCorners:
     def _add(self, at: At, kind: MoveKind, end: list[float], axes: list[int], arc: Arc | None) -> None:
         state = self.state
         start = list(state.position)
-        element = Element(at.line, start, end, kind, state.feed, tuple(axes), arc, state.arc_feed)
+        element = Element(
+            self.core.recorder.lines.find_own(at.line), start, end, kind, state.feed, tuple(axes), arc, state.arc_feed
+        )
         corner, self._corner = self._corner, None
         if self._queue.first is not None:
             if kind == MoveKind.RAPID or element.find_direction(at_end=False) is None:

@@ -389,7 +389,8 @@ class Flow:
             raise
         if len(words.calls) != 1 or words.words or words.groups or words.m:
             raise cursor.error("VP001", "MCALL takes one call: MCALL CYCLE81(...)", column)
-        call = freeze(words.calls[0], self.executor.variables, self.calls.show(line))
+        own_line = self.executor.interpreter.recorder.lines.number(line)
+        call = freeze(words.calls[0], self.executor.variables, own_line)
         if self.executor.is_cycle(call.name) and not self.executor.is_modal(call.name):
             raise ProgramError(
                 "VP002",

@@ -11,6 +11,7 @@ from verne_post.gcode.machining.machining import (
     MAX_DWELL_S,
     explain_g91,
     note_g91,
+    note_word,
     warn_of_idle_feed,
     warn_of_long_dwell,
 )
@@ -136,7 +137,7 @@ class SiemensInterpreter:
             if number != state.plane:
                 modes.angle = None
             self.core.set_plane(number)
-            self.core.word_lines["plane"] = words.line
+            note_word(self.core, "plane", words.line)
             modes.plane = number
         if (units := words.find_code("units")) is not None:
             modes.units = units
@@ -157,7 +158,7 @@ class SiemensInterpreter:
         if (motion := words.find_code("motion")) is not None:
             modes.motion = motion
             if motion in ("G0", "G2", "G3"):
-                self.core.word_lines["G0" if motion == "G0" else "arc"] = words.line
+                note_word(self.core, "G0" if motion == "G0" else "arc", words.line)
         for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._read_tolerance(tolerance))
@@ -199,7 +200,7 @@ class SiemensInterpreter:
             raise ProgramError(
                 "VP007", f"{code}: work offsets here are G54 to G57 and G505 to G557", words.find_column("offset")
             )
-        self.recorder.system_lines.setdefault(system, words.line)
+        self.recorder.note_system(system, words.line)
         self.modes.system, self.modes.offset = system, self.state.systems[system]
         self.motion.set_chain()
 

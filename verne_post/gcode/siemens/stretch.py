@@ -64,7 +64,6 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
         last,
         to.core,
         view,
-        flow.calls.shown_line,
         partial(_aim_tool, to, chunk.lines) if has_vectors else None,
     )
     if stretch == row:

@@ -1,0 +1,63 @@
+"""Tool axes of one cut that differ from those of all cuts beside it by the sign of one component."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.arrays import Array
+from verne_post.base.columns import iterate_blocks
+from verne_post.model.findings import Finding, add_line, make_finding
+from verne_post.model.moves import MoveKind, Moves
+
+#: So many cuts on either side have axes that agree.
+_BESIDE: Final = 2
+#: Cosine between axes that agree: 5 degrees. Steps of finely divided surfaces are smaller.
+_AGREES: Final = 0.9962
+#: Cosine between axes that a cut does not turn to and back: 30 degrees.
+_DIFFERS: Final = 0.866
+_NAMES: Final = {"siemens": ("A3", "B3", "C3"), "heidenhain": ("TX", "TY", "TZ"), "aptcl": ("i", "j", "k")}
+
+
+def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
+    """VP056: the sign of one component of a tool axis is in doubt; one finding a program.
+
+    With the other sign, the axis is that of two cuts before and two after it, and these agree.
+    """
+    found: Finding | None = None
+    for begin, end in iterate_blocks(len(moves), from_move):
+        first = max(begin - 2 * _BESIDE, from_move)
+        axis, kind = moves.tool_axis[first:end], moves.kind[first:end]
+        for at, component in _find_doubtful(axis, kind):
+            line = int(moves.line[first + at])
+            if found is not None:
+                found = add_line(found, line)
+                continue
+            name = _NAMES.get(moves.language, ("I", "J", "K"))[component]
+            text = (
+                f"the tool axis of this cut is that of the cuts before and after it, but for the sign of {name} "
+                f"({axis[at, component] + 0.0:.4g}): is the other sign meant?"
+            )
+            found = make_finding("VP056", text, line=line, last_line=line, worst_line=line)
+    if found is not None:
+        yield found
+
+
+def _find_doubtful(axis: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:
+    """Rows of axes (n, 3) that are in doubt, and the component whose sign is."""
+    n, width = len(axis), 2 * _BESIDE + 1
+    if n < width or not np.isfinite(axis).any():
+        return
+    middle, own = slice(_BESIDE, n - _BESIDE), axis[_BESIDE : n - _BESIDE]
+    cuts = np.all([kind[shift : n - width + 1 + shift] == MoveKind.FEED for shift in range(width)], axis=0)
+    beside = [axis[shift : n - width + 1 + shift] for shift in range(width) if shift != _BESIDE]
+    agree = np.all([(one * beside[0]).sum(axis=1) > _AGREES for one in beside[1:]], axis=0)
+    agree &= cuts & ((own * beside[0]).sum(axis=1) < _DIFFERS)
+    for row in np.flatnonzero(agree).tolist():
+        for component in range(3):
+            other = own[row].copy()
+            other[component] *= -1.0
+            if all(one[row] @ other > _AGREES for one in beside):
+                yield middle.start + row, component
+                break

@@ -1,0 +1,82 @@
+"""The line that is executed, in its own file: a program and the files that it calls, in every language."""
+
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct, field
+from numpy.typing import NDArray
+
+from verne_post.model.moves import LINES_OF_A_CALL, CalledLines
+
+
+class OtherFile(NamedTuple):
+    """A line of another file that is executed; moves and events have the line that calls it, ``shown_line``.
+
+    The name is empty where that file calls a subprogram of the program itself.
+    """
+
+    name: str
+    line: int
+    shown_line: int
+
+
+class LineCounter(Struct):
+    """Numbers the lines of called files while a program is executed, and keeps those of its moves."""
+
+    place: OtherFile | None = None  #: What is executed of another file.
+    other_files: dict[str, int] = field(default_factory=dict)  #: The files that were called: the line of each first.
+    calls: dict[tuple[str, int], int] = field(default_factory=dict)
+    stretches: list[tuple[int, int]] = field(default_factory=list)  #: As in :class:`CalledLines`.
+
+    def enter(self, file: str, line: int, shown_line: int | None) -> None:
+        """A line comes next; ``shown_line`` calls the ``file`` in which it stands, None for the program itself."""
+        self.place = None if shown_line is None else OtherFile(file, line, shown_line)
+        if shown_line is not None and file:
+            self.other_files.setdefault(file, shown_line)
+
+    def find_own(self, line: int) -> int:
+        """The line in its own file, as :class:`CalledLines` counts it, of the one that is executed; else ``line``."""
+        place = self.place
+        is_there = place is not None and line in (place.line, place.shown_line)
+        return self.number(place.line) if place is not None and is_there else line
+
+    def number(self, line: int) -> int:
+        """A line of the text that is executed, as :class:`CalledLines` counts it."""
+        place = self.place
+        if place is None or not place.name:
+            return line
+        return self.calls.setdefault((place.name, place.shown_line), len(self.calls) + 1) * LINES_OF_A_CALL + line
+
+    def take_move(self, move: int, line: int) -> int:
+        """A move is one of a line, which may be counted in its own file; returns the line that it has."""
+        if self.place is None and not self.calls:
+            return line
+        own_line = self.find_own(line)
+        shown_line = self.name_calls().show(own_line) if self.place is None or self.place.name else line
+        self._note(move, 0 if own_line == shown_line else own_line)
+        return shown_line
+
+    def take_moves(self, first: int, line: NDArray[np.int_]) -> NDArray[np.int_]:
+        """Moves from ``first`` on are those of lines (n,) of the text executed; returns the lines that they have."""
+        if self.place is None:
+            self._note(first, 0)
+            return line
+        own_lines = line + self.number(0)
+        for at in (0, *(np.flatnonzero(np.diff(own_lines) != 1) + 1).tolist()):
+            self._note(first + at, int(own_lines[at]))
+        return np.full(len(line), self.place.shown_line)
+
+    def _note(self, move: int, number: int) -> None:
+        """A move and those that follow have a line, which counts up with them, or 0."""
+        before, line = self.stretches[-1] if self.stretches else (0, 0)
+        if number != (line and line + move - before):
+            self.stretches.append((move, number))
+
+    def name_calls(self) -> CalledLines:
+        """The calls so far, without their moves."""
+        return CalledLines(tuple(self.calls))
+
+    def freeze(self) -> CalledLines:
+        """All of them."""
+        before, line = np.array(self.stretches, np.int64).reshape(-1, 2).T
+        return CalledLines(tuple(self.calls), before, line)
