@@ -597,6 +597,17 @@ def test_mistakes_of_a_set_up_stand_in_the_set_up(client: Client, tmp_path: Path
     assert client.diagnostics(setup.as_uri())["diagnostics"] == []
 
 
+def test_a_mistake_of_a_set_up_hides_no_error_of_the_program(client: Client, tmp_path: Path) -> None:
+    """Each stands in its file; what another set-up may settle is not told, nor anything if keys change the reading."""
+    text = LEGAL.replace("M2", "G1 X1.5.0\nG999\nT7 M6\nM2")
+    path = make_program(tmp_path, text, setup=SETUP.replace("[wcs]", "[wsc]"))
+    uri, setup = client.open(path), path.with_name("part.nc.toml")
+    assert list_codes(client, uri) == [("VP503", 1), ("VP001", 7)]
+    assert list_codes(client, setup.as_uri()) == [("VP503", 3)]
+    client.open(setup, f"block_delete = true\n{SETUP.replace('[wcs]', '[wsc]')}")
+    assert list_codes(client, uri) == [("VP503", 1)]
+
+
 def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path) -> None:
     uri = client.open(make_program(tmp_path, LEGAL.replace("F2000", "F500")))
     lenses = client.ask("textDocument/codeLens", textDocument={"uri": uri})
@@ -1779,6 +1790,16 @@ MACHINE = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_te
         ("part.nc.toml", SETUP, SETUP.replace("[wcs]", "[wsc]"), "[wsc]", "Write wcs in place of wsc"),
         ("part.nc.toml", "tools.3 = { length = 9 }\n", "tools.3 = { lenght = 9 }\n", "lenght",
          "Write length in place of lenght"),
+        ("part.nc.toml", SETUP.replace("120", '3 # "'), SETUP.replace(" = 120", ' 3 # "'), 'tool_length 3 # "',
+         "Write = after tool_length"),
+        ("part.nc.toml", SETUP, SETUP.replace("G54 =", "G54"), "G54 [0, 0, 60]", "Write = after G54"),
+        ("part.nc.toml", SETUP, SETUP.replace(" = 120", ": 120"), "tool_length: 120",
+         "Write = after tool_length"),
+        ("part.nc.toml", SETUP, SETUP.replace("= 120", "== 120"), "==",
+         "Write = in place of =="),
+        ("part.nc.toml", 'rapids = "line"\n', 'rapids "line"\n', 'rapids "line"', "Write = after rapids"),
+        ("part.nc.toml", "tools.3 = { length = 9, diameter = 6 }\n", "tools.3 = { length = 9 diameter = 6 }\n",
+         "tools.3 = { length = 9 diameter = 6 }", "Write , after 9"),
         ("verne-post.toml", "[options]\ntolerance = 0.1\n", "[options]\ntolerence = 0.1\n",
          "tolerence", "Write tolerance in place of tolerence"),
         ("my_machine.toml", MACHINE, MACHINE.replace("[spindle]", "[spindel]"), "[spindel]",

@@ -34,6 +34,7 @@ from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
 from verne_post.cli.programs import is_setup
+from verne_post.cli.setups import NONE
 from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
@@ -65,6 +66,8 @@ _ENOUGH: Final = 3
 _SETTINGS_TABLE: Final = "[tool.verne-post"
 #: Errors of a text that no caller, set-up or value changes.
 _OF_WORDS: Final = ("VP001", "VP002", "VP003", "VP004", "VP022", "VP023", "VP032")
+#: Keys of a set-up that change how words are read.
+_OF_READING: Final = re.compile(r"\b(?:dialect|block_delete|control|fanuc|rs274|siemens|heidenhain|aptcl|parameters)\b")
 #: What only a call of a subprogram tells, and what is said where none is found.
 _NOT_KNOWN: Final = "place, tool, offsets, feed rate and values of variables are not known"
 _NO_CALLER: Final = f"no program is found, open or in this folder, that calls this file: {_NOT_KNOWN}"
@@ -284,8 +287,22 @@ class Inspector:
             found.made = made
         except _MISTAKES as error:
             found.findings = self._find_mistakes(error)
+            if all(item.file is not None and is_setup(Path(item.file)) for item in found.findings):
+                found.findings += self._list_errors_without_setup(path, texts, superseded, given)
         found.findings = _name_files(found.findings)
         return found
+
+    def _list_errors_without_setup(
+        self, path: Path, texts: Mapping[Path, str], superseded: threading.Event, given: dict[str, Any]
+    ) -> tuple[Finding, ...]:
+        """Errors of a program that its set-up, which cannot be read, does not change."""
+        setup = Path(f"{path}.toml")
+        text = texts.get(setup) or (setup.read_text("utf-8", errors="replace") if setup.is_file() else "")
+        if _OF_READING.search(text):
+            return ()
+        alone = self._check_program(path, texts, superseded, None, given | {"setup_file": NONE}, only_cause=True)
+        own = (one for one in alone.findings if one.severity == "error" and one.file is None)
+        return tuple(one for one in own if one.code != "VP022" and _is_of_words(one))
 
     def _check_once(
         self,

@@ -123,7 +123,7 @@ class KlartextFlow:
                 error = ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
                 error.passes_to = labels[number] if is_jump else 0
                 raise error
-            near = find_meant(name, labels, slip_alone=True)
+            near = find_meant(name, labels, slip_alone=True, least=3)
             numbers = list_near_numbers(name, labels, DIGITS_OF_LABELS)
             text += f"; it has {name_numbers(numbers, 'LBL ')}" if numbers else ""
             edits = write_numbers(numbers, name, "LBL ", line)
