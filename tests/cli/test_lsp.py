@@ -16,11 +16,13 @@ from typing import Any
 import pytest
 
 from verne_post.cli.files import RunFiles
-from verne_post.config import list_machine_files
+from verne_post.config import list_machine_files, subprograms
 from verne_post.model.findings import make_finding
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
+from verne_post.cli.lsp import callers
+from verne_post.cli.lsp.callers import Callers
 from verne_post.cli.lsp.completion import complete_key
 from verne_post.cli.lsp.fixes import find_fixes
 
@@ -593,6 +595,17 @@ def test_mistakes_of_a_set_up_stand_in_the_set_up(client: Client, tmp_path: Path
     client.change(setup.as_uri(), 2, SETUP)
     assert client.diagnostics(uri)["diagnostics"] == []
     assert client.diagnostics(setup.as_uri())["diagnostics"] == []
+
+
+def test_a_mistake_of_a_set_up_hides_no_error_of_the_program(client: Client, tmp_path: Path) -> None:
+    """Each stands in its file; what another set-up may settle is not told, nor anything if keys change the reading."""
+    text = LEGAL.replace("M2", "G1 X1.5.0\nG999\nT7 M6\nM2")
+    path = make_program(tmp_path, text, setup=SETUP.replace("[wcs]", "[wsc]"))
+    uri, setup = client.open(path), path.with_name("part.nc.toml")
+    assert list_codes(client, uri) == [("VP503", 1), ("VP001", 7)]
+    assert list_codes(client, setup.as_uri()) == [("VP503", 3)]
+    client.open(setup, f"block_delete = true\n{SETUP.replace('[wcs]', '[wsc]')}")
+    assert list_codes(client, uri) == [("VP503", 1)]
 
 
 def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path) -> None:
@@ -1777,6 +1790,16 @@ MACHINE = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_te
         ("part.nc.toml", SETUP, SETUP.replace("[wcs]", "[wsc]"), "[wsc]", "Write wcs in place of wsc"),
         ("part.nc.toml", "tools.3 = { length = 9 }\n", "tools.3 = { lenght = 9 }\n", "lenght",
          "Write length in place of lenght"),
+        ("part.nc.toml", SETUP.replace("120", '3 # "'), SETUP.replace(" = 120", ' 3 # "'), 'tool_length 3 # "',
+         "Write = after tool_length"),
+        ("part.nc.toml", SETUP, SETUP.replace("G54 =", "G54"), "G54 [0, 0, 60]", "Write = after G54"),
+        ("part.nc.toml", SETUP, SETUP.replace(" = 120", ": 120"), "tool_length: 120",
+         "Write = after tool_length"),
+        ("part.nc.toml", SETUP, SETUP.replace("= 120", "== 120"), "==",
+         "Write = in place of =="),
+        ("part.nc.toml", 'rapids = "line"\n', 'rapids "line"\n', 'rapids "line"', "Write = after rapids"),
+        ("part.nc.toml", "tools.3 = { length = 9, diameter = 6 }\n", "tools.3 = { length = 9 diameter = 6 }\n",
+         "tools.3 = { length = 9 diameter = 6 }", "Write , after 9"),
         ("verne-post.toml", "[options]\ntolerance = 0.1\n", "[options]\ntolerence = 0.1\n",
          "tolerence", "Write tolerance in place of tolerence"),
         ("my_machine.toml", MACHINE, MACHINE.replace("[spindle]", "[spindel]"), "[spindel]",
@@ -2556,6 +2579,69 @@ def test_a_subprogram_is_checked_by_its_caller_and_its_caller_with_it(
     below.write_text(text.replace("20.", "3000."), "utf-8")
     client.tell("workspace/didChangeWatchedFiles", changes=[{"uri": sub, "type": 2}])
     assert ("VP110", at) in list_codes(client, program)
+
+
+@pytest.mark.parametrize(("main", "called"), CALLS)
+def test_hover_in_a_subprogram_is_read_through_its_caller(
+    client: Client, tmp_path: Path, main: tuple[str, str], called: tuple[str, str]
+) -> None:
+    """It knew no values there. An editor need not tell that the caller has changed on the disk."""
+    text, lines = called[1], main[1].split("\n")
+    call = next(k for k, line in enumerate(lines, 1) if "M98" in line or "slot" in line.lower())
+    at = find_line(text, "20.") - 1
+    sub = client.open(make_program(tmp_path, text, called[0], None))
+    if not called[0].endswith(".H"):
+        assert "calls this file: place, tool, offsets, feed rate and values of variables are" in hover(client, sub, at)
+    path = make_program(tmp_path, main[1], main[0], CALL_SETUP)
+    client.change(sub, 2, text)
+    shown = hover(client, sub, at, text.split("\n")[at].index("X"))
+    assert f"as called from {main[0]} line {call}\n" in shown
+    assert "X 20 mm in G54; machine X 20 mm" in shown
+    assert "tool length 90 mm, feed 500 mm/min" in shown
+    assert "joints               rho1 506.275 mm" in shown
+    if "[3]" in main[1] or "(3)" in main[1]:
+        assert "X 3 mm in G54" in hover(client, sub, at - 1, text.split("\n")[at - 1].index("X"))
+        assert "come to this line" not in hover(client, sub, 0, 6)  # its head
+    twice = [*lines[:call], lines[call - 1], *lines[call:]]
+    path.write_text("\n".join(["; G54", *twice] if "BEGIN" not in lines[0] else twice).replace("Z160", "Z161"), "utf-8")
+    shown = hover(client, sub, at)
+    assert f"{main[0]} line {call + ('BEGIN' not in lines[0])}, in the first of 2 passes\n" in shown
+    path.unlink()
+    if not called[0].endswith(".H"):
+        assert "calls this file" in hover(client, sub, at)
+
+
+def test_hover_in_a_subprogram_tells_lines_that_are_not_reached_and_lines_of_a_cycle(
+    client: Client, tmp_path: Path
+) -> None:
+    """A program with an error elsewhere tells them, too; lines that a jump passes over have no state."""
+    make_program(tmp_path, f"{OF_FANUC}G0 Z150.\nM98 P2000\nG0 Z160. Q5\nM30\n%\n", "j.nc", CALL_SETUP)
+    text = "%\nO2000\n#5=7.\nGOTO 7\nX99.\nN7 X#5\nM99\n%\n"
+    sub = client.open(make_program(tmp_path, text, "O2000.nc", None))
+    assert "j.nc calls this file, and does not come to this line" in hover(client, sub, 4)
+    assert "X 7 mm in G54" in hover(client, sub, 5, 3)
+    make_program(tmp_path, CALLS[3][0][1], "j.h", CALL_SETUP)
+    text = (
+        "BEGIN PGM SLOT MM\nL X+10 R0 F500\nCYCL DEF 200 ~\n Q200=2 ~\n Q201=-10 ~\n Q206=150 ~\n Q202=5 ~\n Q210=0 ~\n"
+        " Q203=+110 ~\n Q204=50 ~\n Q211=0\nFN 9: IF +1 EQU +1 GOTO LBL 5\nL X+30\nLBL 5\nEND PGM SLOT MM\n"
+    )
+    sub = client.open(make_program(tmp_path, text, "SLOT.H", None))
+    assert "in mm; here -10\n\nas called from j.h line 5: in force" in hover(client, sub, 4, 3)
+    assert "j.h calls this file, and does not come to this line" in hover(client, sub, 12)
+
+
+def test_a_caller_is_sought_in_a_folder_of_long_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each was searched by slow patterns from its first line to its last: 65 s for 200 programs of 2 MB."""
+    sub = make_program(tmp_path, "%\nO2000\nX20.\nM99\n%\n", "O2000.nc", None)
+    for name, text in (("a", "G1 X2000.\n"), ("b", "M98 P3\n"), ("c", "M98 P32000\n")):
+        make_program(tmp_path, f"%\nO1\n{text}M30\n%\n", f"{name}.nc", None)
+    searched: list[bytes] = []
+    find = subprograms._find_named
+    monkeypatch.setattr(subprograms, "_find_named", lambda text, known: searched.append(text) or find(text, known))
+    assert Callers().find(sub, {}) == tmp_path / "c.nc"
+    assert searched == [b"g1 x2000.", b"m98 p32000", b"m98 p32000"]
+    monkeypatch.setattr(callers, "MOST_SEARCHED", 70)  # bytes: no more than three of the files
+    assert Callers().find(sub, {}) is None
 
 
 def test_warnings_of_a_subprogram_stand_in_its_file(client: Client, tmp_path: Path) -> None:

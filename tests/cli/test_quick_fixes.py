@@ -346,7 +346,7 @@ def test_a_slip_is_underlined_and_its_edit_settles_it(
     assert made[title] == (
         tmp_path / name,
         text.replace(*change, 1),
-        not title.startswith(("Remove", "Write ]", "Write )", "Write P1302")),
+        not title.startswith(("Remove", "Write ]", "Write )", "Write P1302", "Write = in place of ==")),
     )
 
 
@@ -365,6 +365,42 @@ def test_a_finding_without_an_edit_is_underlined_at_its_word(
     message, underlined, made = look(inspector, tmp_path / name, text)
     assert said in message
     assert (underlined, made) == (word, {})
+
+
+@pytest.mark.parametrize(
+    ("ending", "line", "wrong", "right", "is_sure"),
+    [
+        (".ngc", "X1l5", "X1l5", "X115", False),  # or X15, X1.5
+        (".ngc", "X1O0", "X1O0", "X100", False),  # or X10
+        (".ngc", "X1O", "X1O", "X10", True),
+        (".ngc", "#5==-1", "==", "=", False),  # or =-
+        (".ngc", "#5=2\nX[#5=2]", "#5=2]", "#5EQ2]", False),  # or +, -
+        (".ngc", "#5=2\nX[#5==2]", "==", "EQ", True),
+        (".ngc", "2X1", "2X1", "X21", False),  # or X1
+        (".ngc", "X1,500", "X1,500", "X1.500", False),
+        (".ngc", "X1,5", "X1,5", "X1.5", True),
+        (".mpf", "R103.5", "R103.5", "R103=.5", False),  # or R10=3.5
+        (".mpf", "R1==5", "==", "=", False),
+        (".mpf", "G7l0", "G7l0", "G710", False),  # or G70
+        (".mpf", "YX=5", "YX", "Y", False),
+        (".h", "2 L X+-5", "X+-5", "X-5", False),
+        (".h", "2 X+5 Y+5 L R0", "X+5 Y+5 L", "L X+5 Y+5", True),
+        (".h", "2 X=5 R0", "X=5", "L X-5", False),
+        (".h", "2 X=-5 R0", "X=-5", "L X-5", True),
+        (".h", "N2- L X+5", "N2-", "2", True),
+        (".h", "2 N4-", "N4-", "M4", False),
+        (".h", '2 LBL "EIN"\n2 L X+3\n2 CALL LBL "EIB" REP 2', '"EIB"', '"EIN"', True),
+    ],
+)
+def test_an_edit_is_preferred_if_no_other_slip_leads_to_a_legal_program(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, wrong: str, right: str, is_sure: bool
+) -> None:
+    head, end = HEADS[ending]
+    path, text = tmp_path / f"a{ending}", f"{head}{line}\n{end}"
+    found = check(inspector, path, text)
+    item = next(one for one in found.findings if one.severity == "error")
+    made = {apply_places(fix): fix.settles for fix in find_fixes(inspector, found, item, {path: text}, NEVER)}
+    assert made[f"{head}{line.replace(wrong, right)}\n{end}"] is is_sure
 
 
 def test_an_end_before_the_first_motion_is_named(inspector: Inspector, tmp_path: Path) -> None:

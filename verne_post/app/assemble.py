@@ -228,11 +228,26 @@ def find_state_if_executed(source: Text, program: Program, line: int) -> State |
     return state if is_reached else None
 
 
-def count_executions(source: Text, program: Program, line: int) -> int:
-    """How often a line of a program is executed, in calls and loops too."""
+def find_called_state(source: Text, program: Program, file: str, line: int) -> tuple[State, range, int] | None:
+    """The modal state after the first execution of a line of a file that a program calls; None where it has none.
+
+    With it come the moves that the line makes then, and the line of the program from which it is called.
+    """
+    setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
+    trace, moves = LineTrace(), program.moves
+    stop = StopConditions(after_line=line, file=file, trace=trace)
+    state, recorder = replay(source, setup, moves, stop)
+    if not trace.is_met:
+        return None
+    first, end = (count_with_stops(moves, k - program.n_left_out) for k in (trace.met_from, recorder.count))
+    return state, range(first, end), trace.met_call
+
+
+def count_executions(source: Text, program: Program, line: int, file: str | None = None) -> int:
+    """How often a line of a program, or of a file that it calls, is executed, in calls and loops too."""
     setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
     trace = LineTrace(counted_line=line)
-    replay(source, setup, program.moves, StopConditions(trace=trace))
+    replay(source, setup, program.moves, StopConditions(file=file, trace=trace))
     return trace.n_counted
 
 

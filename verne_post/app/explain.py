@@ -11,6 +11,7 @@ from verne_post.app.assemble import (
     assemble,
     build_interpreter_setup,
     count_executions,
+    find_called_state,
     find_modal_state,
     find_state_if_executed,
 )
@@ -34,8 +35,10 @@ from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_sections
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import name_axes
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.pasted_line import find_words
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.kinematics.checks.remedies import select_line
@@ -236,7 +239,7 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
         said.append(
             f"  limits were not checked, because line {first.line} cannot be executed: {first.code} {first.message}"
         )
-    state = find_state_past_errors(source, build_interpreter_setup(machine, options), line)
+    state, _call = find_state_past_errors(source, build_interpreter_setup(machine, options), line)
     is_sure = all((item.line or 0) >= line for item in errors)
     said += [] if state is None else [f"  {describe_modes(state, machine, with_values=is_sure)}"]
     if others := [item.line for item in findings if item.line not in (line, None) and item.severity == "error"]:
@@ -270,3 +273,24 @@ def look_at_line(source: Text, program: Program, line: int) -> Line:
     # a move that waits for the next line, as before a corner, is one of the pass
     is_once = shown.is_repeated and count_executions(source, program, line) == 1
     return replace(shown, n_recorded=int(shown.rows[-1]) + 1) if is_once else shown
+
+
+def look_at_called_line(
+    source: Text, program: Program, file: str, line: int, text: str
+) -> tuple[State, Line | None, int] | None:
+    """The state after the first execution of a line of a called file, its motion, and the line that calls the file.
+
+    None where the program does not come to it. Without motion is a line that makes none, and one whose motion waits for
+    later lines, as before a corner.
+    """
+    found = find_called_state(source, program, file, line)
+    if found is None:
+        return None
+    state, made, call = found
+    whole, exact = program.build_joint_path(), make_exact_contour(program.path)
+    own = np.flatnonzero(np.isin(exact.path.move[exact.segment], made))
+    end = np.array(state.position)
+    if not len(own) or np.abs(program.moves.end[made[-1], :3] - end[:3]).max() > ZERO_LENGTH_MM:
+        return state, None, call
+    joints = replace(whole, contour=exact.select(own))
+    return state, Line(line, text, joints, program.moves, state, program.options, (), joints, made.stop), call

@@ -82,8 +82,18 @@ def list_callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
 
 
 def names_file(text: Text, path: Path) -> bool:
-    """Whether a text calls a file by its name or number; not where it computes what it calls."""
-    return path.stem.lower() in _find_named(text, {path.stem.lower(): path})
+    """Whether a text calls a file by its name or number; not where it computes what it calls.
+
+    The lines that have it at all are few, and are found fast; blanks may stand inside a name.
+    """
+    name = path.stem.lower()
+    letters = os.fsencode(name.lstrip("o0") if _PROGRAM_NUMBER.fullmatch(name) else name)
+    for chunk in map(bytes.lower, read_whole_lines(text)):
+        if letters in chunk.translate(None, b" \t"):
+            lines = (line for line in chunk.split(b"\n") if letters in line.translate(None, b" \t"))
+            if name in _find_named(b"\n".join(lines), {name: path}):
+                return True
+    return False
 
 
 def _find_called(text: Text, known: dict[str, Path]) -> list[str]:

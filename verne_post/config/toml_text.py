@@ -50,6 +50,10 @@ _NUMBERS: Final = re.compile(
 #: A line that begins a key or a table, whatever was open above it.
 _STATEMENT: Final = re.compile(r"^[ \t]*(?:\[\[?[A-Za-z][\w.-]*\]|[\w.\"'-]+[ \t]*=)", re.MULTILINE)
 _TEXT_OR_REMARK: Final = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*")
+#: What stands between keys and values, where tomllib stops.
+LACKS_EQUALS: Final = "write = between a key and its value"
+LACKS_COMMA: Final = "write a comma between the keys of a table"
+COLON: Final = "write = instead of :"
 #: How a message of tomllib ends that names no line.
 _AT_END: Final = " (at end of document)"
 
@@ -142,9 +146,14 @@ def _name_slip(line: str, column: int, message: str) -> str:
         why = "the bracket [ is not closed"
         return _name_open("head", line, "]", why) or f"{why}; write ] after the name of the table"
     if message.startswith("Expected '='") and bare[column - 1 : column] == ":":
-        return "write = instead of :"
-    if message.startswith("Expected '='") and bare[column - 1 : column] in tuple("[{-+0123456789"):
-        return "write = between a key and its value"
+        return COLON
+    is_text = line[column - 1 : column] in ('"', "'") and "=" not in bare[column:]
+    if message.startswith("Expected '='") and (is_text or bare[column - 1 : column] in tuple("[{-+0123456789")):
+        return LACKS_EQUALS
+    if re.search(r"==[ \t]*$", bare[: column - 1]) or re.match("==", bare[max(column - 2, 0) :]):
+        return "==: an = is there twice; write ="
+    if re.search(r",[ \t]*,?$", bare[: column - 1]) and bare[column - 1 : column] == ",":
+        return "two commas: a value is missing between them, or one comma is too many"
     if message.startswith("Expected '='") and "=" in bare[column:]:
         name = line.split("=")[0].strip()
         right = re.sub(r"\s", "", name) if re.match(r"G\d", name) else name
@@ -162,9 +171,9 @@ def _name_slip(line: str, column: int, message: str) -> str:
     ):
         return "a remark begins with #"
     if bare[column - 1 : column] == ":":
-        return "write = instead of :"
+        return COLON
     if "Unclosed inline table" in message and re.match(r";|[ \t]*[\w-]+[ \t]*=", bare[column - 1 :]):
-        return "write a comma between the keys of a table"
+        return LACKS_COMMA
     if is_pasted(line[column - 1 : column]):
         return explain_pasted(line[column - 1])
     word = next((one for one in _WORD.finditer(bare) if one.start() < column <= one.end()), None)
@@ -180,6 +189,9 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"{word[0]}: a number needs a digit on both sides of the point; write {right}"
     if zero := _ZERO_FIRST.fullmatch(word[0]):
         return f"{word[0]}: a number does not begin with 0; write {zero[1]}{zero[2]}"
+    if sign_behind := re.fullmatch(r"(\d+(?:\.\d+)?)([-+])", word[0]):
+        rights = f"{sign_behind[2]}{sign_behind[1]} or {sign_behind[1]} may be meant"
+        return f"{word[0]}: a sign stands before its number; {rights}"
     if re.match(r"[-+.]*\d", word[0]) and not message.startswith("Expected '='"):
         return f"{word[0]}: not a number; write digits with one point at most"
     if "Invalid value" not in message or not word[0][0].isalpha():

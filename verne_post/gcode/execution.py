@@ -17,7 +17,7 @@ from verne_post.gcode.mistyped import drop_letter
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.text import Chunk, decode_line, take_code
+from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
 from verne_post.model.findings import Finding, Remedy, add_line, make_finding
 from verne_post.model.moves import AXES
 
@@ -223,6 +223,8 @@ class LineTrace(Struct):
     counted_line: int = 0  #: The line of the program, also in a call, whose executions are counted.
     n_counted: int = 0
     is_met: bool = False  #: The execution has ended where a stop condition was met, also in a call.
+    met_from: int = 0  #: The number of the first move of what was executed last before that.
+    met_call: int = 0  #: The line of the program that calls it; 0 where it stands in the program itself.
 
     def add(self, first: int, last: int, *, may_restart: bool) -> None:
         """Add lines ``first`` to ``last`` (excluded), which have been executed."""
@@ -237,22 +239,30 @@ class StopConditions(Struct, frozen=True):
     all_known: bool = False  #: As soon as the position of every axis is known.
     first_error: bool = False  #: At the first error, which is raised; without it all errors are collected.
     after_line: int | None = None  #: After the first execution of a line.
+    file: str | None = None  #: The called file that has that line, or the counted one; None for the program itself.
     before_line: int | None = None  #: When the program itself, outside of calls, comes to a line.
     trace: LineTrace | None = None  #: Gets the executed lines.
     #: Not at an error after which the next line is not known: each line after it is executed once, in its order.
     past_errors: bool = False
 
-    def cut(self, line: int, last: int, *, in_main: bool) -> int:
-        """The line before which a stretch from ``line`` to ``last`` (excluded) must end."""
-        if in_main and self.after_line is not None and line <= self.after_line:
-            last = min(last, self.after_line + 1)
-        if in_main and self.before_line is not None and line < self.before_line:
+    def is_about(self, text: ChunkedText) -> bool:
+        """Whether its lines are those of a text."""
+        return text.name == self.file
+
+    def cut(self, line: int, last: int, *, is_about: bool) -> int:
+        """The line before which a stretch from ``line`` to ``last`` (excluded) must end.
+
+        A line of a called file is executed alone: its moves have the line of the call.
+        """
+        if is_about and self.after_line is not None and line <= self.after_line:
+            last = min(last, self.after_line + (self.file is None or line == self.after_line))
+        if is_about and self.before_line is not None and line < self.before_line:
             last = min(last, self.before_line)
         return last
 
-    def is_met(self, state: State, setup: Setup, line: int, last: int, *, in_main: bool) -> bool:
+    def is_met(self, state: State, setup: Setup, line: int, last: int, *, is_about: bool) -> bool:
         """Whether lines that have been executed, up to ``last`` (excluded), have the one after which it ends."""
-        is_passed = self.after_line is not None and in_main and line <= self.after_line < last
+        is_passed = self.after_line is not None and is_about and line <= self.after_line < last
         return is_passed or (self.all_known and knows_all(state, setup))
 
 
@@ -293,7 +303,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
         text, line, shown_line = calls.text, calls.line, calls.shown_line  # a return may leave them
         main_line = line if stop.past_errors and calls.in_main else 0
         errors: list[ProgramError] = []
-        last = line + 1
+        last, moves = line + 1, execution.recorder.count
         execution.recorder.lines.enter(text.name or "", line, shown_line)
         try:
             chunk = run.find_chunk()
@@ -306,7 +316,6 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
                 break
             execution.recorder.note_calls(calls.chain)
             restart = stop.trace is not None and may_restart(state) and run.may_restart()
-            moves = execution.recorder.count
             contour = 0 if state.compensation is None else state.compensation.start_line
             frame = calls.frame
             last, errors = run.execute(chunk, stop)
@@ -316,7 +325,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
                 loop.note(calls, line)
             errors = execution.drop_wrong_corners(errors, contour)
             errors = execution.drop_consequences(errors, chunk, range(line, min(last, chunk.end_line)), moves)
-            if stop.trace is not None and text is calls.main and line <= stop.trace.counted_line < last:
+            if stop.trace is not None and stop.is_about(text) and line <= stop.trace.counted_line < last:
                 stop.trace.n_counted += 1
             if in_main and stop.trace is not None:
                 span_end = last if chunk.lines.plain[line - chunk.first_line] else line + 1  # a stretch, or a statement
@@ -341,9 +350,9 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             reached_line = max(reached_line, main_line)
             calls.line = max(calls.line, reached_line + 1) if is_lost else calls.line
             reached_line = max(reached_line, calls.line - 1)
-        if is_watched and stop.is_met(state, setup, line, last, in_main=text is calls.main):
+        if is_watched and stop.is_met(state, setup, line, last, is_about=stop.is_about(text)):
             if stop.trace is not None:
-                stop.trace.is_met = True
+                stop.trace.is_met, stop.trace.met_from, stop.trace.met_call = True, moves, shown_line or 0
             break
     execution.recorder.lines.place = None
     return execution

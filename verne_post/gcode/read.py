@@ -149,15 +149,18 @@ def _add_hidden_errors(source: Text, setup: Setup, execution: Execution) -> list
     return list(found_errors.values())[:MAX_ERRORS]
 
 
-def find_state_past_errors(source: Text, setup: Setup, line: int) -> State | None:
+def find_state_past_errors(source: Text, setup: Setup, line: int, file: str | None = None) -> tuple[State | None, int]:
     """The modal state after a line of a program with errors; None where the program itself does not come to the line.
 
-    Of a line with an error, what could be read of it holds.
+    Of a line with an error, what could be read of it holds. The line may be one of a called ``file``: then the line of
+    the program from which that is called comes with the state.
     """
-    stop = StopConditions(past_errors=True, after_line=line, trace=(trace := LineTrace()))
+    stop = StopConditions(past_errors=True, after_line=line, file=file, trace=(trace := LineTrace()))
     execution = _execute_past_errors(source, setup, stop)[2]
+    if file is not None:
+        return (execution.state if trace.is_met else None), trace.met_call
     is_reached = any(first <= line < last for first, last, _may_restart in trace.spans)
-    return execution.state if is_reached or any(item.line == line for item in execution.errors) else None
+    return (execution.state if is_reached or any(item.line == line for item in execution.errors) else None), 0
 
 
 def _execute_past_errors(source: Text, setup: Setup, stop: StopConditions) -> tuple[list[float], Frame, Execution]:

@@ -12,9 +12,10 @@ from verne_post.cli.program_folders import PROGRAMS
 from verne_post.config.subprograms import names_file
 from verne_post.gcode.dialects import find_dialect_name
 
-#: Files beside a subprogram in which its call is sought, and the size of each, bytes: they are read as it is typed.
-MOST_NEIGHBOURS: Final = 200
+#: Files beside a subprogram in which its call is sought; bytes of each, and of all: they are read while it is typed.
+MOST_NEIGHBOURS: Final = 1_000
 LARGEST_NEIGHBOUR: Final = 2_000_000
+MOST_SEARCHED: Final = 100_000_000
 _SUB: Final = re.compile(r"O\s*(<[^<>]+>|\d+)\s*SUB\b", re.IGNORECASE)
 _ENDSUB: Final = re.compile(r"O\s*(?:<[^<>]+>|\d+)\s*ENDSUB\b", re.IGNORECASE)
 #: An O number that heads a program, and is no statement of LinuxCNC.
@@ -61,6 +62,11 @@ def is_subprogram(text: str, dialect: str, name: str) -> bool:
     return False
 
 
+def is_head(line: str) -> bool:
+    """Whether a line begins a subprogram; a call leads to the line below it."""
+    return any(head.match(line.lstrip()) for head in (_SUB, _PROC))
+
+
 def add_call(text: str, dialect: str) -> str:
     """The text of a subprogram that ends with ``o<name> endsub``, and a call of it, so that its lines are executed."""
     code = list_code(text, dialect)
@@ -103,11 +109,14 @@ class Callers:
 
     def read(self, path: Path, texts: Mapping[Path, str]) -> str:
         """The text of a file, as the editor shows it, or from the disk; empty where it cannot be read."""
+        return texts[path] if path in texts else self._read_bytes(path, texts).decode("utf-8", errors="replace")
+
+    def _read_bytes(self, path: Path, texts: Mapping[Path, str]) -> bytes:
         if path in texts:
-            return texts[path]
+            return texts[path].encode()
         with suppress(OSError):
-            return path.read_bytes().decode("utf-8", errors="replace")
-        return ""
+            return path.read_bytes()
+        return b""
 
     def _list_candidates(self, path: Path, texts: Mapping[Path, str]) -> Iterator[Path]:
         endings = (*PROGRAMS, ".spf")
@@ -115,31 +124,43 @@ class Callers:
         yield from (one for one in near if one != path)
         with suppress(OSError):
             beside = sorted(one for one in path.parent.iterdir() if one.suffix.lower() in endings and one not in texts)
-            yield from (one for one in beside[:MOST_NEIGHBOURS] if one != path)
+            left = MOST_SEARCHED
+            for one in beside[:MOST_NEIGHBOURS]:
+                size = one.stat().st_size if one.exists() else 0
+                left -= size if size <= LARGEST_NEIGHBOUR else 0
+                if left < 0:
+                    return
+                if one != path and size <= LARGEST_NEIGHBOUR:
+                    yield one
+
+    def find_stamp(self, path: Path, texts: Mapping[Path, str]) -> object:
+        """What changes with the text of a file; None where it cannot be read."""
+        if path in texts:
+            return texts[path]
+        with suppress(OSError):
+            found = path.stat()
+            return found.st_mtime_ns, found.st_size
+        return None
 
     def names(self, one: Path, path: Path, texts: Mapping[Path, str]) -> bool:
         """Whether a file has a call of another one, in the language of that; known until it changes."""
-        try:
-            found = one.stat() if one not in texts else None
-        except OSError:
+        stamp = self.find_stamp(one, texts)
+        if stamp is None:
             return False
-        if found is not None and found.st_size > LARGEST_NEIGHBOUR:
-            return False
-        stamp = texts[one] if found is None else (found.st_mtime_ns, found.st_size)
         if (one, path) not in self._known or self._known[one, path][0] != stamp:
-            self._known[one, path] = stamp, _has_call(self.read(one, texts), one, path)
+            self._known[one, path] = stamp, _has_call(self._read_bytes(one, texts), one, path)
         return self._known[one, path][1]
 
 
-def _has_call(text: str, one: Path, path: Path) -> bool:
+def _has_call(source: bytes, one: Path, path: Path) -> bool:
     """Whether the text of a file has a statement, outside remarks, that calls another file in the language of that."""
-    source, own = text.encode(), _LANGUAGES.get(path.suffix.lower(), "rs274")
+    own = _LANGUAGES.get(path.suffix.lower(), "rs274")
     if not names_file(source, path):
         return False
     dialect = find_dialect_name("auto", source, one.name) or own
     if ("rs274" if dialect == "fanuc" else dialect) != own:
         return False
-    lines = (remove_remarks(line, dialect) for line in split_lines(text))
+    lines = (remove_remarks(line, dialect) for line in split_lines(source.decode("utf-8", errors="replace")))
     if dialect == "siemens":
         lines = (_NO_CALL.sub("", line) for line in lines)
     return names_file("\n".join(lines).encode(), path)

@@ -36,7 +36,7 @@ from verne_post.config.toml_entries import (
     list_entries,
     plan_edit,
 )
-from verne_post.config.toml_text import read_toml, replace_pasted
+from verne_post.config.toml_text import COLON, LACKS_COMMA, LACKS_EQUALS, read_toml, replace_pasted
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.gcode.rs274.fanuc_points import list_missing_points
@@ -54,6 +54,8 @@ _VALUE_OF_TOML: Final = re.compile(
     r"write (\"[^\"]+\"|\[.*\]|\{.*\}|[^\s,;]+)(?:, in|$)"
     r"|= '(([-+]?\d+(?:\.\d+)?)(?: *(?:mm|deg|°))?)': expected a (?:whole )?number"
 )
+#: What a message says is missing there, and how it is written.
+_BETWEEN: Final = {LACKS_EQUALS: " = ", COLON: " = ", LACKS_COMMA: ", "}
 _REPLACE_PASTED: Final = "Replace typographic dashes, quotes and spaces"
 #: What stands before the rest of an expression: without that, a variable would get another value.
 _REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
@@ -69,6 +71,18 @@ _OF_PROGRAMS: Final = ("VP210",)
 _MARKS: Final = {"wcs": '"measure"', "tools": '{ length = "measure" }', "remap": '"decide"'}
 #: Keys of a set-up that stand in no table of it, and what settles a finding.
 _SETTLING: Final[dict[tuple[str, ...], str]] = {SPLIT_KEY: "true", TAPPING_KEY: '"feed"'}
+
+
+#: Signs and numbers that a slip leaves open, a blank, and what is meant: a sign too many or the other one, an = that is
+#: a sign or point, a digit too many before a letter, two letters for one, thousands.
+_DOUBTFUL: Final = re.compile(
+    r"== =|= EQ|\S*(?:\+-|-\+)\S* .*|\d+[A-Z][-+]?[\d.]* [A-Z].*|([A-Z]\w*+)([-.]\S*) \1=\2|([A-Z])([A-Z]) (?:\3|\4)"
+    r"|(?:\S*[^\d\s])?[1-9]\d{0,2},\d{3} .*\..*",
+    re.IGNORECASE,
+)
+_BLANK_IN_NUMBER: Final = re.compile(r"(?<=\d)[ \t]+(?=\d)")
+#: A letter that looks like a digit in a number that is one without it; an O may be of the key beside 0.
+_LETTER_IN_NUMBER: Final = re.compile(r"(?<=[\d.])[lI]|[lI](?=\.?\d)|(?<=0)O|O(?=0)", re.IGNORECASE)
 
 
 class Fix(Struct, frozen=True):
@@ -286,6 +300,7 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
         if (there := quoted or written) is not None:
             begin, new = _find_offset(text, at - 1) + there.start(), wrong_value[2] or wrong_value[4]
             yield Fix(f"Write {new} in place of {there[0]}", path, text, begin, begin + len(there[0]), new)
+    yield from _write_between(path, sentence, text)
     if (new := replace_pasted(text)) != text:
         signs = enumerate(zip(text, new, strict=True))
         yield _change_words(_REPLACE_PASTED, path, text, [(k, k + 1, one) for k, (had, one) in signs if one != had])
@@ -293,6 +308,17 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
     if missing is not None and (change := _plan_change(text, tuple(missing[1].split(".")), _TO_FILL_IN)):
         title = f"Add {missing[1]} = {_TO_FILL_IN}, to be filled in"
         yield Fix(title, path, text, change.begin, change.end, change.new)
+
+
+def _write_between(path: Path, sentence: str, text: str) -> Iterator[Fix]:
+    """The = or the comma that a line lacks before the place where a text stops being TOML."""
+    new = next((one for what, one in _BETWEEN.items() if sentence.endswith(what)), "")
+    if not new or (place := _find_mistake(text)) is None or not place[0]:
+        return
+    at = _find_offset(text, place[0] - 1) + place[1] - 1
+    begin, end = len(text[:at].rstrip()), at + (text[at : at + 1] in (":", ";"))
+    title = f"Write {new.strip()} after {text[:begin].split()[-1]}"
+    yield Fix(title, path, text, begin, end + len(text[end:]) - len(text[end:].lstrip(" \t")), new)
 
 
 def _change_texts(fix: Fix, texts: Mapping[Path, str]) -> dict[Path, str]:
@@ -410,7 +436,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             end, title = begin + len(name[0]), f"Write {near} in place of {name[0]}"
-            yield Fix(title, found.path, text, begin, end, near, spells=True)
+            is_rivalled = _has_rival(name[0], near)
+            yield Fix(title, found.path, text, begin, end, near, spells=True, is_choice=is_rivalled)
             yield from _spell_in_proc(found, item, near, name[0])
     if item.code == "VP038":
         words = [(at, at, ".") for at in list_missing_points(text)]
@@ -423,6 +450,17 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
 
 
+def _has_rival(written: str, meant: str) -> bool:
+    """Whether a slip may have been made from another number or sign, as X1l5 from X115, X15 and X1.5."""
+    letters = (one.start() for one in _LETTER_IN_NUMBER.finditer(written))
+    is_block_number = written[:1] in ("N", "n")  # which moves nothing
+    if not is_block_number and len(written) == len(meant) and any(meant[at].isdigit() for at in letters):
+        return True
+    if _BLANK_IN_NUMBER.sub("", written) == meant != written:
+        return True
+    return _DOUBTFUL.fullmatch(f"{''.join(written.split())} {''.join(meant.split())}") is not None
+
+
 def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """A misspelt word of a line, as it is meant."""
     line = split_lines(found.text)[remedy.line - 1]
@@ -430,12 +468,16 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     written = line[begin : begin + len(remedy.misspelt)]
     if item.line == remedy.line and written.upper() == remedy.misspelt.upper():
         at = _find_offset(found.text, remedy.line - 1) + begin
-        title, is_choice = f"Write {remedy.value} in place of {written}", remedy.is_choice
+        title = f"Write {remedy.value} in place of {written}"
+        is_choice = remedy.is_choice or _has_rival(written, remedy.value)
         pasted = translate_pasted(written) == remedy.value
         if pasted or not remedy.value:  # what is not seen is named
             title = f"{remedy.text[:1].upper()}{remedy.text[1:]}"
         yield Fix(title, found.path, found.text, at, at + len(written), remedy.value, spells=True, is_choice=is_choice)
-        yield from _translate_everywhere(found) if pasted else _change_everywhere(found, item, remedy, written)
+        if pasted:
+            yield from _translate_everywhere(found)
+        else:
+            yield from _change_everywhere(found, item, remedy, written, is_choice=is_choice)
         return
     code = remove_remarks(line, _find_dialect(found))
     word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code, re.IGNORECASE)
@@ -569,7 +611,9 @@ _PLACES: Final = {
 _PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_spindle}
 
 
-def _change_everywhere(found: Inspected, item: Finding, remedy: Remedy, written: str) -> Iterator[Fix]:
+def _change_everywhere(
+    found: Inspected, item: Finding, remedy: Remedy, written: str, *, is_choice: bool
+) -> Iterator[Fix]:
     """The same correction in all places that are no remarks, where there are several."""
     meant = remedy.value
     # a sign, a number, a word with one or a label that is right elsewhere; a quote or name that is closed there
@@ -582,7 +626,7 @@ def _change_everywhere(found: Inspected, item: Finding, remedy: Remedy, written:
         at += len(line) + 1
     if len(words) > 1:
         title = f"Write {meant} in place of {written} in all {len(words)} places"
-        yield _change_words(title, found.path, found.text, words, is_choice=remedy.is_choice)
+        yield _change_words(title, found.path, found.text, words, is_choice=is_choice)
 
 
 def _change_words(title: str, path: Path, text: str, words: list[tuple[int, int, str]], **what: bool) -> Fix:

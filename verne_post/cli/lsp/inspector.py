@@ -4,6 +4,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +16,7 @@ from msgspec import Struct, field, structs
 
 from verne_post.app.assemble import build_interpreter_setup, count_executions, find_state_if_executed
 from verne_post.app.convert import Inspection, check_and_keep
-from verne_post.app.explain import look_at_line
+from verne_post.app.explain import look_at_called_line, look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
 from verne_post.app.line_facts import LineFacts, describe_feed, describe_time, measure_lines
 from verne_post.app.line_remedies import Line
@@ -28,11 +29,12 @@ from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_variable
-from verne_post.cli.lsp.callers import Callers, add_call, is_subprogram, may_be_called
+from verne_post.cli.lsp.callers import Callers, add_call, is_head, is_subprogram, may_be_called
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
 from verne_post.cli.programs import is_setup
+from verne_post.cli.setups import NONE
 from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
@@ -64,6 +66,11 @@ _ENOUGH: Final = 3
 _SETTINGS_TABLE: Final = "[tool.verne-post"
 #: Errors of a text that no caller, set-up or value changes.
 _OF_WORDS: Final = ("VP001", "VP002", "VP003", "VP004", "VP022", "VP023", "VP032")
+#: Keys of a set-up that change how words are read.
+_OF_READING: Final = re.compile(r"\b(?:dialect|block_delete|control|fanuc|rs274|siemens|heidenhain|aptcl|parameters)\b")
+#: What only a call of a subprogram tells, and what is said where none is found.
+_NOT_KNOWN: Final = "place, tool, offsets, feed rate and values of variables are not known"
+_NO_CALLER: Final = f"no program is found, open or in this folder, that calls this file: {_NOT_KNOWN}"
 #: After the name of a called file, in what is found there.
 IN_FILE: Final = ", line ([0-9]+): "
 #: Legal programs whose plans are kept: the one that is shown, and one that an edit would lead to.
@@ -105,8 +112,12 @@ class Inspected(Struct):
         Made when it is asked for.
     fixes : dict
         Of findings, where they were asked for.
-    caller : Path or None
-        The program whose run has found what is wrong in this subprogram.
+    run : Inspected or None
+        Of a subprogram: the program that calls it, as it was checked.
+    file : str
+        How that program names this file.
+    called_by : tuple
+        The file of that program, where one was found, and what changes with its text.
     note : str
         What stands in place of a verdict over a subprogram; empty for a program.
     """
@@ -121,8 +132,15 @@ class Inspected(Struct):
     errors_not_counted: int = 0
     facts: LineFacts | None = None
     fixes: dict[Finding, Any] = field(default_factory=dict)
-    caller: Path | None = None
+    run: "Inspected | None" = None
+    file: str = ""
+    called_by: tuple[Path | None, object] = (None, None)
     note: str = ""
+
+    @property
+    def caller(self) -> Path | None:
+        """The program whose run has found what is wrong in this subprogram."""
+        return None if self.run is None else self.run.path
 
     def list_called(self) -> frozenset[Path]:
         """The files of subprograms that were read for it."""
@@ -197,20 +215,21 @@ class Inspector:
         is_one = is_subprogram(text, dialect, path.name)
         found = Inspected(path, text, (), Inspection(refuse_program(InputError())))
         check = partial(self._check_program, superseded=superseded, tell=None, only_cause=True)
-        caller = self.callers.find(path, texts)
+        found.called_by = self._find_caller(path, texts)
+        caller = found.called_by[0]
         if caller is not None:
             run = check(caller, {caller: self.callers.read(caller, texts), **texts}, given=self.given)
             names = [] if run.options is None else list(run.options.subroutine_files.values())
             name = next((one for one in names if (caller.parent / one).resolve() == path.resolve()), None)
             if name is not None and run.options is not None:
-                found.caller = caller
+                found.run, found.file = run, name
                 found.findings = tuple(_list_in_file(run.findings, name))
                 verdict = self.find_notes(run)[0][1]
                 found.note = f"a subprogram: checked where {caller.name} calls it; {caller.name}: {verdict}"
                 if run.made.program is not None:
                     return found
                 dialect = choose_dialect_name(run.options.dialect, run.source, caller.name)
-        if found.caller is None and not is_one:
+        if found.run is None and not is_one:
             return None
         alone = check(path, {**texts, path: add_call(text, dialect)}, given=self.given | {"dialect": dialect})
         last = len(split_lines(text))
@@ -226,6 +245,15 @@ class Inspector:
         found.findings = (*(item for item in found.findings if (item.line, item.code) not in places), *own)
         found.note = found.note or "a subprogram: checked where it is called"
         return found
+
+    def _find_caller(self, path: Path, texts: Mapping[Path, str]) -> tuple[Path | None, object]:
+        """The program that calls a file, and what changes with its text."""
+        caller = self.callers.find(path, texts)
+        return caller, None if caller is None else self.callers.find_stamp(caller, texts)
+
+    def is_stale(self, found: Inspected, texts: Mapping[Path, str]) -> bool:
+        """Whether a subprogram has another caller now, or that has another text: not every editor tells of files."""
+        return bool(found.note) and self._find_caller(found.path, texts) != found.called_by
 
     def _check_program(
         self,
@@ -259,8 +287,22 @@ class Inspector:
             found.made = made
         except _MISTAKES as error:
             found.findings = self._find_mistakes(error)
+            if all(item.file is not None and is_setup(Path(item.file)) for item in found.findings):
+                found.findings += self._list_errors_without_setup(path, texts, superseded, given)
         found.findings = _name_files(found.findings)
         return found
+
+    def _list_errors_without_setup(
+        self, path: Path, texts: Mapping[Path, str], superseded: threading.Event, given: dict[str, Any]
+    ) -> tuple[Finding, ...]:
+        """Errors of a program that its set-up, which cannot be read, does not change."""
+        setup = Path(f"{path}.toml")
+        text = texts.get(setup) or (setup.read_text("utf-8", errors="replace") if setup.is_file() else "")
+        if _OF_READING.search(text):
+            return ()
+        alone = self._check_program(path, texts, superseded, None, given | {"setup_file": NONE}, only_cause=True)
+        own = (one for one in alone.findings if one.severity == "error" and one.file is None)
+        return tuple(one for one in own if one.code != "VP022" and _is_of_words(one))
 
     def _check_once(
         self,
@@ -367,17 +409,21 @@ class Inspector:
         """
         lines = split_lines(found.text)
         text = lines[line - 1]
-        dialect = self.find_dialect(found.path, found.text) if found.options is None else found.options.dialect
-        dialect = choose_dialect_name(dialect, found.text.encode(), found.path.name)
+        run = found.run or found  # what is known of a subprogram is known from the program that calls it
+        dialect = self.find_dialect(found.path, found.text) if run.options is None else run.options.dialect
+        dialect = choose_dialect_name(dialect, run.text.encode(), run.path.name)
         is_continued = dialect == "heidenhain" and line > 1 and lines[line - 2].rstrip().endswith("~")
-        remap = {} if found.options is None else found.options.remap
+        remap = {} if run.options is None else run.options.remap
         words = find_words(text, dialect, is_continued=is_continued, remap=remap)
         here = [one for one in words if one.begin <= column < one.end]
         address = next((one for one in here if one.value), None)
-        shown = _look_at(found, line)
         variable = find_variable(text, column, dialect)
-        needs_state = shown is None or address is not None or variable
-        state = self._find_state(found, line, text) if needs_state else None
+        if found.note:
+            state, shown, whence = _look_at_called(found, line, text)
+        else:
+            shown, whence = _look_at(found, line), ""
+            needs_state = shown is None or address is not None or variable
+            state = self._find_state(found, line, text) if needs_state else None
         place = None if shown is None else Place.find(shown)
         # where a line with an error leads to is not known: the state is that before it
         is_place = address is not None and address.name[-1:].upper() in tuple("XYZABCUVW")
@@ -385,7 +431,7 @@ class Inspector:
             one.severity == "error" and one.line == line and is_about_text(one.code) for one in found.findings
         )
         reached = None if is_place and is_wrong and found.made.program is None else state
-        context = (dialect, words, reached, place, found.machine, found.options)
+        context = (dialect, words, reached, place, run.machine, run.options)
         about = "" if address is None else describe_address(address, *context)
         own = {one.key for one in self.make_outline(found).list_variables()} if dialect == "siemens" else set()
         is_own = variable.lower() in own  # DEF INT I: no centre of an arc
@@ -393,7 +439,8 @@ class Inspector:
             about = ""
         said = []
         passes = f", in the first of {shown.describe_passes()}" if shown is not None and shown.is_repeated else ""
-        if state is not None and (passes.endswith("several passes") or (shown is None and (variable or about))):
+        is_counted = passes.endswith("several passes") or (shown is None and (variable or about))
+        if state is not None and is_counted and not found.note:
             passes = self._describe_executions(found, line) or passes
         is_name = address is not None and about and column < address.end - len(address.value or "")
         of_variable = describe_variable(variable, state, dialect, text) if variable and not is_name else ""
@@ -416,10 +463,13 @@ class Inspector:
         said += [argument] * bool(argument)
         if there := self._describe_definition(found, line, column):
             said.append(there)
-        in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
-        said.append(in_force if shown is None else _describe_pose(found, shown))
-        text = "\n\n".join(filter(None, said))
-        return (text if found.machine is None else name_axes(text, found.machine.rotary_letters)) or None
+        in_force = "" if state is None or run.machine is None else describe_modes(state, run.machine)
+        if shown is not None:
+            in_force = _describe_pose(shown, whence or _describe_time(found, line))
+        elif whence:
+            in_force = f"{whence}{': ' * bool(in_force)}{in_force}"
+        text = "\n\n".join(filter(None, (*said, in_force)))
+        return (text if run.machine is None else name_axes(text, run.machine.rotary_letters)) or None
 
     def find_definition(
         self, found: Inspected, line: int, column: int, *, with_variables: bool = True
@@ -475,7 +525,7 @@ class Inspector:
             return None
         try:
             if program is None:
-                return find_state_past_errors(found.source, build_interpreter_setup(machine, options), line)
+                return find_state_past_errors(found.source, build_interpreter_setup(machine, options), line)[0]
             return find_state_if_executed(found.source, program, line)
         except InputError:
             return None
@@ -491,10 +541,35 @@ def _look_at(found: Inspected, line: int) -> Line | None:
         return None
 
 
-def _describe_pose(found: Inspected, shown: Line) -> str:
-    """Time, feed and pose of a line."""
+def _look_at_called(found: Inspected, line: int, text: str) -> tuple[State | None, Line | None, str]:
+    """The state after a line of a subprogram as its program comes to it first, its motion, and how it is reached."""
+    run = found.run
+    if not remove_remarks(text).strip(" \t%"):
+        return None, None, ""
+    if run is None:
+        return None, None, _NO_CALLER
+    name, program, state, shown, call, passes = run.path.name, run.made.program, None, None, 0, ""
+    if run.machine is None or run.options is None:
+        return None, None, f"{name} calls this file, and is refused before it is executed: {_NOT_KNOWN}"
+    with suppress(InputError):
+        if program is None:
+            setup = build_interpreter_setup(run.machine, run.options)
+            state, call = find_state_past_errors(run.source, setup, line, found.file)
+        elif (reached := look_at_called_line(run.source, program, found.file, line, text)) is not None:
+            state, shown, call = reached
+            count = count_executions(run.source, program, line, found.file)
+            passes = f", in the first of {count} passes" if count > 1 else ""
+    if state is None and is_head(text):
+        return None, None, ""
+    if state is None:
+        return None, None, f"{name} calls this file, and does not come to this line: {_NOT_KNOWN}"
+    return state, shown, f"as called from {name} line {call}{passes}"
+
+
+def _describe_pose(shown: Line, head: str) -> str:
+    """The pose of a line, under its time and feed."""
     pose = "\n".join(describe_pose(shown))
-    return f"{_describe_time(found, shown.number)}\n\n```text\n{pose}\n```"
+    return f"{head}\n\n```text\n{pose}\n```"
 
 
 def _is_of_words(item: Finding) -> bool:

@@ -368,7 +368,10 @@ class Session:
             place = codec.position_from_client_units(lines, asked.position)
             about = describe_key(path, source, place.line, place.character) if place.line < len(lines) else ""
             return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, about)) if about else None
-        found = await self.find_newest(asked.text_document.uri)
+        found = await self.find_newest(uri := asked.text_document.uri)
+        if found is not None and await self.work(self.inspector.is_stale, found, self.read_texts()):
+            self.begin_check(uri)
+            found = await self.find_newest(uri)
         lines = [] if found is None else split_lines(found.text)
         if found is None or asked.position.line >= len(lines):
             return None

@@ -117,7 +117,7 @@ class _Run:
             if self.execute(points.make_statement(row), is_called=is_called):
                 return True
             row += 1
-            last = self.stop.cut(points.line + row, points.line + len(points), in_main=not is_called) - points.line
+            last = self.stop.cut(points.line + row, points.line + len(points), is_about=not is_called) - points.line
             stretch = execute_points(points, row, last, self.modes, self.interpreter)
             if stretch > row:
                 self.line = points.line + stretch - 1

@@ -30,6 +30,10 @@ _COORDINATE: Final = re.compile(
     r"I?(?:[XYZABCUVW]|P[AR])[ \t]*[-+]?(?:\d++[.,]?\d*+|[.,]\d++|Q[LR]?\d++(?![ \t]*=))(?!\w)"
 )
 #: What a coordinate begins with, one with a slip in its number too.
+#: N4- before a statement; coordinates before their path function; X=5 without one.
+_N_AND_SIGN: Final = re.compile(r"[ \t]*(N(\d++)[-+])(?=[ \t])[ \t]*+")
+_LATE_PATH: Final = re.compile(r"((?:I?[XYZABC][-+]?\d++\.?\d*+[ \t]++){2,}+)(L|C|CR|CT|LN)(?![^ \t])")
+_EQUALS: Final = re.compile(r"(I?[XYZABC])[ \t]*+=[ \t]*+([-+]?)(\d++\.?\d*+)(?![\w.])")
 _AXIS: Final = re.compile(r"I?(?:[XYZABCUVW]|P[AR])[-+.,\dQ=]")
 #: Statements that coordinates follow.
 _PATH: Final = re.compile(r"L[NP]?|C[CPRT]?|CTP")
@@ -98,6 +102,18 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
     if shown_word in REFUSED_STATEMENTS:
         why = f"executed ({REFUSED_STATEMENTS[shown_word]}); docs/heidenhain.md lists them"
         return ProgramError("VP002", f"{shown_word[:20]} is not {why}", begin + 1)
+    if (block_number := _N_AND_SIGN.match(text)) is not None and KEYWORD.match(text, block_number.end()):
+        what = f"{block_number[1]}: a block number has digits alone; did you mean {block_number[2]}?"
+        return ProgramError("VP001", what, block_number.start(1) + 1)
+    if late := _LATE_PATH.match(text, begin):
+        right = f"{late[2]} {late[1].rstrip()}"
+        what = f"{late[0]}: the path function stands before its coordinates; write {right}"
+        return ProgramError("VP001", what, begin + 1, edits=write_words(late[0], right, line=line))
+    if equals := _EQUALS.match(text, begin):
+        rights = [f"L {equals[1]}{sign}{equals[3]}" for sign in equals[2] or "+-"]
+        what = f"{equals[0]}: coordinates without a path function, and an = between; write {' or '.join(rights)}"
+        edits = write_words(equals[0], *rights, line=line, is_choice=len(rights) > 1)
+        return ProgramError("VP001", what, begin + 1, edits=edits)
     if coordinate := _COORDINATE.match(text, begin):
         place = coordinate[0]
         if re.match(r"[A-Z]\d+[ \t]*=", text[begin:]):
@@ -298,9 +314,9 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if first in ("K", "O", "P") and re.match(r"[ \t]+I?[XYZABC][-+]?[\d.]", rest):  # keys beside L
         return ProgramError("VP002", f"{first}: no path function; did you mean L?", begin + 1)
     if re.fullmatch(r"[NJK]\d{1,3}|M\d?[QWERTYU]\d?", first):  # keys beside M, and above digits
-        right = f"M{first[1:].translate(DIGITS_OF_KEYS)}"
-        edits = write_words(first, right, is_choice=True)
-        message = f"{first}: no meaning in this language; write {right} if the M function is meant"
+        right, word = f"M{first[1:].translate(DIGITS_OF_KEYS)}", first + rest[: rest.strip() in ("-", "+")]
+        edits = write_words(word, right, is_choice=True)
+        message = f"{word}: no meaning in this language; write {right} if the M function is meant"
         return ProgramError("VP001", message, begin + 1, edits=edits)
     if path := _find_path(text[begin:]):
         return ProgramError("VP002", f"{first}: no meaning in this language; did you mean {path}?", begin + 1)

@@ -123,7 +123,7 @@ class KlartextFlow:
                 error = ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
                 error.passes_to = labels[number] if is_jump else 0
                 raise error
-            near = find_meant(name, labels, slip_alone=True)
+            near = find_meant(name, labels, slip_alone=True, least=3)
             numbers = list_near_numbers(name, labels, DIGITS_OF_LABELS)
             text += f"; it has {name_numbers(numbers, 'LBL ')}" if numbers else ""
             edits = write_numbers(numbers, name, "LBL ", line)
@@ -222,11 +222,7 @@ class _KlartextRun:
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next statement, which may take several lines, or a stretch at once."""
-        line, errors = self.calls.line, list[ProgramError]()
-        if not self._execute_stretch(chunk, stop):
-            errors = self._execute_statement(stop)
-        goes_on = self.calls.in_main and self.calls.line > line
-        return self.calls.line if goes_on else line + 1, errors
+        return (self.calls.line, []) if self._execute_stretch(chunk, stop) else self._execute_statement(stop)
 
     def end_text(self, execution: Execution) -> bool:
         """The text ends without END PGM: an error."""
@@ -249,7 +245,7 @@ class _KlartextRun:
         interpreter, row = flow.interpreter, self.calls.line - chunk.first_line
         end, view = chunk.lines.end(row), plain.PlainView()
         last = (
-            stop.cut(self.calls.line, end + chunk.first_line, in_main=self.calls.text is self.calls.main)
+            stop.cut(self.calls.line, end + chunk.first_line, is_about=stop.is_about(self.calls.text))
             - chunk.first_line
         )
         if (
@@ -290,8 +286,11 @@ class _KlartextRun:
             flow.repeats.count(self.calls.text, first, self.calls.line - 1, 0)
         return stretch > row
 
-    def _execute_statement(self, stop: StopConditions) -> list[ProgramError]:
-        """Execute the next statement; its errors, after a misspelt word also those with the word that is meant."""
+    def _execute_statement(self, stop: StopConditions) -> tuple[int, list[ProgramError]]:
+        """Execute the next statement: the line after it, and its errors.
+
+        After a misspelt word they are also those with the word that is meant.
+        """
         flow = self.flow
         text, line, interpreter = self.calls.text, self.calls.line, flow.interpreter
         moves = interpreter.recorder.count
@@ -317,7 +316,7 @@ class _KlartextRun:
         errors += execute_as_meant(parts[0], give_up, execute, correct)[0]
         if not errors:
             flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
-        return errors
+        return last + 1, errors
 
     def _warn_of_tilde(self, line: int) -> None:
         """A line of a cycle has no ~, where the lines before have one."""

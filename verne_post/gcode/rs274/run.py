@@ -117,7 +117,7 @@ class _BlockRun:
         if self.calls.text.closing is not None:
             last = min(last, self.calls.text.closing - chunk.first_line)
         last = (
-            stop.cut(self.calls.line, last + chunk.first_line, in_main=self.calls.text is self.calls.main)
+            stop.cut(self.calls.line, last + chunk.first_line, is_about=stop.is_about(self.calls.text))
             - chunk.first_line
         )
         view = interpreter.view_plain_lines(has_vector=bool(chunk.lines.has_offsets[row]))

@@ -63,7 +63,7 @@ class _SiemensRun:
         def execute(words: str) -> None:
             nonlocal last
             if words is code:
-                last = execute_stretch(self.flow, chunk, stop, in_main=self.calls.in_main)
+                last = execute_stretch(self.flow, chunk, stop)
             else:
                 self.calls.line = line
             if last is None:

@@ -21,7 +21,7 @@ _ROTARY: Final = [3, 4, 5]
 _G: Final = 10
 
 
-def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: bool) -> int | None:
+def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> int | None:
     """Execute the plain lines that come next at once.
 
     Parameters
@@ -30,8 +30,6 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     chunk : Chunk
         That holds the next line.
     stop : StopConditions
-    in_main : bool
-        The program itself is executed, not what it calls.
 
     Returns
     -------
@@ -41,7 +39,7 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     to, line = flow.executor.interpreter, flow.calls.line
     row = line - chunk.first_line
     last = min(chunk.lines.end(row) + chunk.first_line, flow.calls.frame.section.last + 1)
-    last = stop.cut(line, last, in_main=in_main) - chunk.first_line
+    last = stop.cut(line, last, is_about=stop.is_about(flow.calls.text)) - chunk.first_line
     if last - row < plain.MIN_LINES or flow.calls.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
         return None
     has_vectors = not chunk.lines.arcs and bool(chunk.lines.has_offsets[row])
