@@ -327,7 +327,10 @@ class Dexels:
 
     def take(self, window: tuple[slice, slice], a: Array, b: Array) -> float:
         """Take the intervals from ``a`` to ``b``, one for each ray of a window of cells, away; the volume, mm3."""
-        rays, enters, leaves = _list_met(window, a, b)
+        return self.take_along(*_list_met(window, a, b))
+
+    def take_along(self, rays: list[Ints], enters: Array, leaves: Array) -> float:
+        """The same along different rays (m,), from where they enter (m, 1) to where they leave."""
         removed, split = 0.0, []
         for low, high, at, own in self._list_places(*rays):
             ray, k = np.nonzero((enters[own] < high[at]) & (leaves[own] > low[at]))
@@ -342,6 +345,13 @@ class Dexels:
         for i, j, low, high in split:
             self._store(i, j, low, high)
         return removed * self.area
+
+    def find_filled(self, rays: list[Ints]) -> Mask:
+        """Along which rays (m,) there is material."""
+        filled = np.zeros(len(rays[0]), dtype=bool)
+        for low, high, at, own in self._list_places(*rays):
+            filled[own] |= (high[at] > low[at]).any(axis=1)
+        return filled
 
     def _store(self, i: Ints, j: Ints, low: Array, high: Array) -> None:
         """Give intervals (m,) of different rays a free place."""

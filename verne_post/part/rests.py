@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, Ints
 from verne_post.part.cutting import STEP_MM
 from verne_post.part.dexels import Dexels
 from verne_post.part.stl import Mesh
@@ -39,17 +39,22 @@ def find_rests(stock: Dexels, mesh: Mesh, allowed: float) -> list[Rest]:
     corner, _ = left.place_inside(mesh.list_corners(), np.zeros(3))
     low, high = list_intervals(mesh.name, corner, left.cell, left.counts)
     wide = allowed + left.resolution + 0.5 * STEP_MM
-    nx, ny = left.counts
     reach = np.floor(wide / left.cell).astype(int)
+    rays: list[Ints] = [one.ravel() for one in np.indices(left.counts)]
     for i in range(-reach[0], reach[0] + 1):
         for j in range(-reach[1], reach[1] + 1):
             up = wide**2 - (i * left.cell[0]) ** 2 - (j * left.cell[1]) ** 2
             if up < 0:
                 continue
-            to = slice(max(i, 0), nx + min(i, 0)), slice(max(j, 0), ny + min(j, 0))
-            of = slice(max(-i, 0), nx - max(i, 0)), slice(max(-j, 0), ny - max(j, 0))
+            filled = left.find_filled(rays)  # few rays are, once the first places of the part are taken away
+            rays = [one[filled] for one in rays]
+            of = rays[0] - i, rays[1] - j
+            inside = np.logical_and(*((one >= 0) & (one < n) for one, n in zip(of, left.counts, strict=True)))
+            own, (at_i, at_j) = [one[inside] for one in rays], (one[inside] for one in of)
             for k in range(low.shape[2]):
-                left.take(to, low[*of, k] - np.sqrt(up), high[*of, k] + np.sqrt(up))
+                enter, leave = low[at_i, at_j, k] - np.sqrt(up), high[at_i, at_j, k] + np.sqrt(up)
+                met = enter < leave
+                left.take_along([one[met] for one in own], enter[met, None], leave[met, None])
     thick = np.maximum(left.high - left.low, 0.0)
     total = thick.sum(axis=2)
     number, count = label(total > 0.0, structure=np.ones((3, 3)))

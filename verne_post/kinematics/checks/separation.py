@@ -46,8 +46,7 @@ def measure_cylinder_to_box(start: Array, end: Array, radius: Array, half: Array
     middle, axis, long = _split_axes(start, end)
     distance_bound = np.full(len(start), -np.inf)
     for n in _list_directions(axis):
-        for sign in (1.0, -1.0):
-            distance_bound = np.maximum(distance_bound, _evaluate_gap(sign * n, middle, axis, long, radius, half))
+        distance_bound = np.maximum(distance_bound, _evaluate_gap_either_way(n, middle, axis, long, radius, half))
     rest = np.arange(len(start))
     point = np.clip(middle, -half, half)
     ahead, momentum = point.copy(), np.ones(len(start))
@@ -92,9 +91,19 @@ def _split_axes(start: Array, end: Array) -> tuple[Array, Array, Array]:
 
 def _evaluate_gap(n: Array, middle: Array, axis: Array, long: Array, radius: Array, half: Array) -> Array:
     """G of unit directions (n, 3) from the box to the cylinder."""
+    return _take_sizes_off(sum_rows(n * middle), n, axis, long, radius, half)
+
+
+def _evaluate_gap_either_way(n: Array, middle: Array, axis: Array, long: Array, radius: Array, half: Array) -> Array:
+    """The larger of G(n) and G(-n)."""
+    return _take_sizes_off(np.abs(sum_rows(n * middle)), n, axis, long, radius, half)
+
+
+def _take_sizes_off(apart: Array, n: Array, axis: Array, long: Array, radius: Array, half: Array) -> Array:
+    """How far middles are apart along unit directions (n, 3), less what both bodies reach along them."""
     along = sum_rows(n * axis)
     across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
-    return np.asarray(sum_rows(n * middle) - long * np.abs(along) - radius * across - sum_rows(np.abs(n) * half))
+    return np.asarray(apart - long * np.abs(along) - radius * across - sum_rows(np.abs(n) * half))
 
 
 #: Directions whose cross product, or difference, is shorter than this are parallel: another one replaces them.
@@ -105,13 +114,12 @@ def _list_directions(axis: Array) -> list[Array]:
     """Directions that separate faces and edges: the box's faces, the cylinder's ends, and across both."""
     directions = [np.broadcast_to(unit, axis.shape) for unit in np.eye(3)]
     directions.append(axis)
-    for unit in np.eye(3):
-        across = np.cross(axis, unit)
-        size = np.linalg.norm(across, axis=1, keepdims=True)
-        directions.append(np.where(size > PARALLEL, across / np.where(size > PARALLEL, size, 1.0), unit))
-        radial = unit - axis * (axis @ unit)[:, None]
-        size = np.linalg.norm(radial, axis=1, keepdims=True)
-        directions.append(np.where(size > PARALLEL, radial / np.where(size > PARALLEL, size, 1.0), unit))
+    for k, unit in enumerate(np.eye(3)):
+        across = np.zeros_like(axis)
+        across[:, k - 2], across[:, k - 1] = axis[:, k - 1], -axis[:, k - 2]
+        for way in (across, unit - axis * axis[:, k, None]):
+            size = measure_rows(way)[:, None]
+            directions.append(np.where(size > PARALLEL, way / np.where(size > PARALLEL, size, 1.0), unit))
     return directions
 
 
