@@ -59,7 +59,6 @@ def convert_source(
     sink : callable, optional
         Takes blocks of rows as they are made; discard them unless the Result is ok. Without a sink
         the rows are collected in ``Result.setpoints``.
-    progress : callable, optional
 
     Returns
     -------

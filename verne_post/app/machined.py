@@ -227,16 +227,7 @@ def _build_motions(
         pieces = _build_tool(program, one, name, float(lengths.min()), float(lengths.max()))
         if with_spindle:
             pieces += build_spindle(program.machine, float(lengths.max()))
-        motions.append(
-            build_motion(
-                name,
-                pieces,
-                tip[own_rows],
-                axis[own_rows],
-                line[own_rows],
-                linked,
-            )
-        )
+        motions.append(build_motion(name, pieces, tip[own_rows], axis[own_rows], line[own_rows], linked))
     return tuple(motions)
 
 

@@ -38,7 +38,6 @@ def write_setup(
     ----------
     program : str
         Its name.
-    asked : Asked
     remarks : mapping of str to str
         Number or name of a tool -> the remark of the program about it, which is repeated.
     dialect : str

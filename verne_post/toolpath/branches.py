@@ -85,7 +85,6 @@ def plan_branches(
     ----------
     path : ToolPath
         Provisional: free segments have the tilt in [0, pi] (through zero where they cross the pole).
-    legal : callable
     c_range : tuple of float
         Travel of C, rad; infinite where it is unlimited.
     team : Team

@@ -67,7 +67,6 @@ def plan_continuous(
 
     Parameters
     ----------
-    section : Section
     limits : Limits
         Where no joint has a jerk limit, the section is planned with ``tuning.QUALITY``.
     cycle : float
