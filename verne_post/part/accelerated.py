@@ -190,7 +190,7 @@ def _make_stack(offset, fan):
 
 
 @_compile
-def _push(stack, depth, first, end):
+def _add_nodes(stack, depth, first, end):
     """Put the nodes from ``first`` up to ``end`` on the stack; its new depth."""
     for node in range(first, end):
         stack[depth] = node
@@ -390,7 +390,7 @@ def _check(body, edges, point, normal, delta, limit, path, tree, clear):
         if not clear[p]:
             continue
         x, y, z = point[p, 0], point[p, 1], point[p, 2]
-        depth = _push(stack, 0, offset[levels - 1], offset[levels])
+        depth = _add_nodes(stack, 0, offset[levels - 1], offset[levels])
         while depth and clear[p]:
             depth -= 1
             node = stack[depth]
@@ -406,7 +406,7 @@ def _check(body, edges, point, normal, delta, limit, path, tree, clear):
             child = (node - offset[level]) * fan
             if level > 0:
                 first = offset[level - 1] + child
-                depth = _push(stack, depth, first, min(first + fan, offset[level]))
+                depth = _add_nodes(stack, depth, first, min(first + fan, offset[level]))
                 continue
             for i in range(child, min(child + fan, n)):
                 dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, i)
@@ -453,7 +453,7 @@ def _touch(body, edges, bow, point, normal, delta, limit, least, path, tree, mar
     group, touched, left = marks[0], marks[3], marks[7]
     for p in range(len(point)):
         x, y, z, d = point[p, 0], point[p, 1], point[p, 2], delta[p]
-        depth = _push(stack, 0, offset[levels - 1], offset[levels])
+        depth = _add_nodes(stack, 0, offset[levels - 1], offset[levels])
         while depth:
             depth -= 1
             node = stack[depth]
@@ -475,7 +475,7 @@ def _touch(body, edges, bow, point, normal, delta, limit, least, path, tree, mar
             child = (node - offset[level]) * fan
             if level > 0:
                 first = offset[level - 1] + child
-                depth = _push(stack, depth, first, min(first + fan, offset[level]))
+                depth = _add_nodes(stack, depth, first, min(first + fan, offset[level]))
                 continue
             for i in range(child, min(child + fan, n)):
                 if touched[group[i]]:
