@@ -43,8 +43,6 @@ def lay_out(
     ----------
     moves : Moves
         The program as it was read first.
-    team : Team
-        The processes that try branches.
 
     Raises
     ------

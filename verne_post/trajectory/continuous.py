@@ -79,8 +79,6 @@ def plan_continuous(
         How fast the planned profile is executed.
     begin : float
         When the section begins in the file, s.
-    team : Team
-        The processes that plan it.
 
     Raises
     ------
