@@ -199,7 +199,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "Siemens: name the rotary axes before the cut, or write TRAORI if places of the part are meant. Klartext: "
      "write M128 if places of the part are meant. LinuxCNC, which does not know G43.4: change nothing if its "
      "kinematics keep the tip (--ignore VP037). Other G-code: if places of the part are meant, write G43.4 "
-     f"instead of G43, or post with G68.2. {IF_DIRECTIONS_ARE_MEANT}"),
+     "instead of G43, or post with G68.2. " + IF_DIRECTIONS_ARE_MEANT),
     ("VP038", "decimal points mixed", "warning",
      "A Fanuc program has lengths, angles or dwells with a decimal point and others without. A setting of the "
      "control "
