@@ -54,12 +54,9 @@ def convert_source(
 
     Parameters
     ----------
-    source : Text
-        G-code.
     sink : callable, optional
         Takes blocks of rows as they are made; discard them unless the Result is ok. Without a sink
         the rows are collected in ``Result.setpoints``.
-    progress : callable, optional
 
     Returns
     -------

@@ -87,7 +87,6 @@ def propose(
         The smallest move of the part, none where the program is within limits; the largest margin to every limit; or
         the least time, with a small margin. Where the check refuses the place of one of the last two, the smallest
         move; where no move is found, the place of the largest margin is judged.
-    progress : callable, optional
 
     Raises
     ------

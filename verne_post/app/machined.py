@@ -60,8 +60,6 @@ def judge_rows(
     datum: Datum = "table",
     allowed: float = 0.0,
     progress: Progress | None = None,
-    *,
-    accelerate: bool = True,
 ) -> Machined:
     """Compare rows with the nominal part, and with fixtures.
 
@@ -100,7 +98,7 @@ def judge_rows(
     for one in fixtures:
         motions = _build_motions(program, five_axis, q, line, tools, one, with_spindle=True)
         found += _find_starts_inside(one.mesh, motions, "VP215")
-        contacts.append(find_contacts(one.mesh, motions, allowed, with_least=True, accelerate=accelerate))
+        contacts.append(find_contacts(one.mesh, motions, allowed, with_least=True))
         found += list_contacts(contacts[-1], motions)
     for name, kinematics in machines if nominal is not None else ():
         assert nominal is not None
@@ -110,12 +108,12 @@ def judge_rows(
             if progress is not None:
                 progress(f"comparing, {name} machine", done, total)
 
-        first = compare(mesh, motions, wanted, watch, accelerate=accelerate)
+        first = compare(mesh, motions, wanted, watch)
         both = [Judged(name, "table", 0.0, motions, first)]
         if not judged:
             moved = move_mesh(first)
             shift = float(np.linalg.norm(moved.vertices - mesh.vertices, axis=1).max())
-            second = compare(moved, motions, wanted, watch, accelerate=accelerate)
+            second = compare(moved, motions, wanted, watch)
             both.append(Judged(name, "fit", shift, motions, second))
             found += [] if mesh.open_edges else _find_starts_inside(mesh, motions, "VP218")
         judged += both if datum == "table" else both[::-1]
@@ -227,16 +225,7 @@ def _build_motions(
         pieces = _build_tool(program, one, name, float(lengths.min()), float(lengths.max()))
         if with_spindle:
             pieces += build_spindle(program.machine, float(lengths.max()))
-        motions.append(
-            build_motion(
-                name,
-                pieces,
-                tip[own_rows],
-                axis[own_rows],
-                line[own_rows],
-                linked,
-            )
-        )
+        motions.append(build_motion(name, pieces, tip[own_rows], axis[own_rows], line[own_rows], linked))
     return tuple(motions)
 
 

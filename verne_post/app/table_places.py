@@ -41,14 +41,8 @@ def lay_out(
 
     Parameters
     ----------
-    source : Text
-    setup : Setup
     moves : Moves
         The program as it was read first.
-    machine : Machine
-    options : Options
-    team : Team
-        The processes that try branches.
 
     Raises
     ------

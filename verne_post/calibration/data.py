@@ -53,44 +53,21 @@ class Landing(Struct, frozen=True):
 
 
 class Identification(Struct, frozen=True, eq=False):
-    """What the data say about the lengths.
+    """What the data say about the lengths."""
 
-    Attributes
-    ----------
-    lengths : dict
-        All lengths, mm; held and undetermined ones stand as in the machine file.
-    uncertainty : dict
-        Standard uncertainty of the estimated lengths, mm; NaN where the data do not determine a length.
-    correlation : ndarray, shape (k, k)
-        In the order of ``uncertainty``.
-    tied : tuple of tuple of str
-    undetermined : tuple of Direction
-    chi_square, degrees_of_freedom, probability
-        Of the corrections; the probability that readings with the stated uncertainties give as much or more
-        (NaN without redundancy).
-    residual : ndarray, shape (n, m + 4)
-        Readings minus fitted: actuators, x, y, z (mm), alpha (rad, NaN where not used).
-    misfit : ndarray, shape (n, e)
-        What each rod misses at the fitted readings, mm; zero where rods are exact.
-    scaled : ndarray, shape (n, m + 4 + e)
-        Both in standard uncertainties; NaN where exact or not used.
-    converged : bool
-    landings : tuple of Landing
-        Best first; empty without random starts.
-    failed_starts : int
-    """
-
-    lengths: dict[str, float]
+    lengths: dict[str, float]  #: All lengths, mm; held and undetermined ones stand as in the machine file.
+    #: Standard uncertainty of the estimated lengths, mm; NaN where the data do not determine a length.
     uncertainty: dict[str, float]
-    correlation: Array
+    correlation: Array  #: (k, k): In the order of ``uncertainty``.
     tied: tuple[tuple[str, ...], ...]
     undetermined: tuple[Direction, ...]
-    chi_square: float
+    chi_square: float  #: Of the corrections.
     degrees_of_freedom: int
+    #: That readings with the stated uncertainties give as much or more (NaN without redundancy).
     probability: float
-    residual: Array
-    misfit: Array
-    scaled: Array
+    residual: Array  #: (n, m + 4): Readings minus fitted: actuators, x, y, z (mm), alpha (rad, NaN where not used).
+    misfit: Array  #: (n, e): What each rod misses at the fitted readings, mm; zero where rods are exact.
+    scaled: Array  #: (n, m + 4 + e): Both in standard uncertainties; NaN where exact or not used.
     converged: bool
-    landings: tuple[Landing, ...]
+    landings: tuple[Landing, ...]  #: Best first; empty without random starts.
     failed_starts: int

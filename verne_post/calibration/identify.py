@@ -47,10 +47,6 @@ def identify(
     starts : int
         Random starts besides the module's own lengths; the best end of all is taken.
 
-    Returns
-    -------
-    Identification
-
     Raises
     ------
     ValueError

@@ -28,8 +28,6 @@ def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Readings:
 
     Parameters
     ----------
-    raw : bytes
-        UTF-8 text.
     actuators : tuple of str
         Names of the actuated joints; their columns are ``name_mm``.
 

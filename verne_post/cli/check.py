@@ -28,6 +28,7 @@ from verne_post.cli.options import (
     add_options,
     add_program_options,
     build_options,
+    decorate,
     find_given_run,
     find_settings,
 )
@@ -76,9 +77,7 @@ _POLICY: Final = (
 
 def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     """The options that say which findings count, for the commands that show them."""
-    for option in reversed(_POLICY):
-        command = option(command)
-    return command
+    return decorate(command, _POLICY)
 
 
 @click.command("check", cls=GroupedCommand, short_help="Check programs against every limit; write no file.")
@@ -156,8 +155,7 @@ def command(
     if output_file is None:
         files.claim_output("the findings")
     for path, option in ((output_file, "--output-file"), (write_baseline, "--write-baseline")):
-        if path is not None:
-            files.expect_writing(path, option)
+        files.expect_writing(path, option)
     report_files = take_report_files(files, given)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     try:

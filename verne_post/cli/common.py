@@ -69,7 +69,6 @@ def name_machine(files: RunFiles, /, named: str | None, given: dict[str, Any] | 
 
     Parameters
     ----------
-    named : str or None
     given : dict, optional
         Other values of the command line, where it has options that name files.
     program : str

@@ -95,8 +95,7 @@ class Outputs(Struct, frozen=True):
             files.claim_output("the rows")
         named = {"-o": self.rows, "--meta": self.meta, "--events": self.events, "--write-parameters": self.parameters}
         for what, path in named.items():
-            if path is not None:
-                files.expect_writing(path, what)
+            files.expect_writing(path, what)
 
     def check_parts(self, files: RunFiles, *, asked: bool) -> None:
         """Refuse names of parts that would be those of other files or folders; ``asked`` by the command line.

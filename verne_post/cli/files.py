@@ -141,13 +141,17 @@ class RunFiles:
             self.tables.append(str(name))
         self._refuse_part_name(name, what)
 
-    def expect(self, name: _Name, what: str) -> None:
+    def expect(self, name: _Name | None, what: str) -> None:
         """Name a file that the run will read, and see whether that can be done, before anything heavy is loaded.
+
+        None stands for an option that is not given, here and in :meth:`expect_writing`.
 
         Raises
         ------
         Unreadable
         """
+        if name is None:
+            return
         self.note_read(name, what)
         if is_dash(name) or os.path.realpath(name) in self.texts:
             return
@@ -295,8 +299,10 @@ class RunFiles:
         if not there.is_dir():
             raise FileError(f"{_show(what, folder)}: {there} is a file; a folder is needed")
 
-    def expect_writing(self, path: Path, what: str) -> None:
+    def expect_writing(self, path: Path | None, what: str) -> None:
         """Name a file that the run will write, and try whether that can be done."""
+        if path is None:
+            return
         self.claim(path, what)
         if _is_stream(path):
             return

@@ -286,14 +286,7 @@ def validate(name: str) -> int:
 
 @command.command("import", short_help="Make a machine file from another control's configuration.")
 @click.argument("configuration", type=FILE, metavar="FILE")
-@click.option(
-    "-o",
-    "--output",
-    type=FILE,
-    required=True,
-    metavar="OUT.toml",
-    help='The machine file; "-" prints it.',
-)
+@click.option("-o", "--output", type=FILE, required=True, metavar="OUT.toml", help='The machine file; "-" prints it.')
 def import_(configuration: Path, output: Path) -> int:
     """Write the machine file of another control's configuration: kinematics, offsets, travels and speeds.
 

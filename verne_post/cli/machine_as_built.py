@@ -17,7 +17,7 @@ from verne_post.cli.common import (
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.numbers import NUMBER, Whole
 from verne_post.cli.opened_machine import OpenedMachine
-from verne_post.cli.options import FILE, MACHINE, machine_option, take_machine
+from verne_post.cli.options import FILE, MACHINE, decorate, machine_option, take_machine
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.streams import echo
 from verne_post.model.verdict import ExitStatus
@@ -40,9 +40,7 @@ _TOLERANCES = (
 
 
 def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any]":
-    for option in reversed(_TOLERANCES):
-        function = option(function)
-    return function
+    return decorate(function, _TOLERANCES)
 
 
 def _add_output(text: str) -> "Callable[[Callable[..., Any]], Callable[..., Any]]":
@@ -247,8 +245,7 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
         (given["length_file"], "--lengths"),
         (given["covariance"], "--covariance"),
     ):
-        if path is not None:
-            files.expect(path, what)
+        files.expect(path, what)
     try:
         machine_name = name_machine(files, machine_name)
         expect_machine(machine_name)

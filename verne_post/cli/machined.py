@@ -156,13 +156,11 @@ def command(
     for option, file, _system in places:
         files.expect(file, option)
     for path, option in ((stock_place and stock_place[0], "--stock-from"), (measured, "--measured")):
-        if path is not None:
-            files.expect(path, option)
+        files.expect(path, option)
     if output_format != "text":
         files.claim_output("the findings")
     for path, option in ((table, "--csv"), (left_place and left_place[0], "--stock-left")):
-        if path is not None:
-            files.expect_writing(path, option)
+        files.expect_writing(path, option)
     suffix = _expect_map(files, output)
     try:
         machine, source, options = read_program(files, against, given)

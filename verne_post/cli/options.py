@@ -213,15 +213,15 @@ def add_program_options(*without: str) -> Callable[[Callable[..., Any]], Callabl
     """Every option of a program, for the commands that read one, but for those that mean nothing to a command."""
     names = [name for name in OPTIONS if find_about(name).flag != "" and name not in (*WRITING, *without)]
     made = [*(_make_file_option(one) for one in FILES), *(_make_option(name) for name in names)]
-    return lambda command: _decorate(command, made)
+    return lambda command: decorate(command, made)
 
 
 def add_options(*names: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Some options of the model, for a command that does not take all of them."""
-    return lambda command: _decorate(command, [_make_option(name) for name in names])
+    return lambda command: decorate(command, [_make_option(name) for name in names])
 
 
-def _decorate(command: Callable[..., Any], options: list[Callable[..., Any]]) -> Callable[..., Any]:
+def decorate(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
     """A command that has the options, in their order."""
     for option in reversed(options):
         command = option(command)

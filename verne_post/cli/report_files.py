@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import FILE
+from verne_post.cli.options import FILE, decorate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -22,9 +22,11 @@ _FORMATS: Final = {"junit": "JUnit XML", "sarif": "SARIF", "markdown": "a table 
 
 def add_report_files(command: "Callable[..., Any]") -> "Callable[..., Any]":
     """Give a command the options --junit, --sarif and --markdown."""
-    for name, words in reversed(_FORMATS.items()):
-        command = click.option(f"--{name}", type=FILE, metavar="F", help=f"Write the findings as {words} too.")(command)
-    return command
+    options = [
+        click.option(f"--{name}", type=FILE, metavar="F", help=f"Write the findings as {words} too.")
+        for name, words in _FORMATS.items()
+    ]
+    return decorate(command, options)
 
 
 def take_report_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Path]:

@@ -37,38 +37,21 @@ class Offsets(Struct, frozen=True):
 
 
 class Placed(Struct, frozen=True):
-    """Values of the command line with those of the set-ups below them.
+    """Values of the command line with those of the set-ups below them."""
 
-    Attributes
-    ----------
-    given : dict
-        By the names of the command's parameters.
-    offsets : tuple of Offsets
-        Of the set-ups, the weaker first.
-    keep_out
-        Fixtures of the set-ups: each with its file, where it names one, and the key that does, in messages.
-    stock
-    part
-        Their nominal part, its file, and the key that names it, in messages; or None.
-    source : str
-        Which set-ups there are; empty without any.
-    remap, control
-        Tables of the set-ups, as the options have them.
-    named : dict
-        Parameter of the command that names a file -> the key of a set-up that gave it, for messages.
-    replaced : tuple of str
-        Parameters of the command whose values replace those of the set-ups; without work offsets.
-    """
-
-    given: dict[str, Any]
-    offsets: tuple[Offsets, ...] = ()
+    given: dict[str, Any]  #: By the names of the command's parameters.
+    offsets: tuple[Offsets, ...] = ()  #: Of the set-ups, the weaker first.
+    #: keep_out, stock: Bodies of the set-ups, each with its file, where it names one, and the key that does.
     keep_out: "dict[str, tuple[FixtureFile, Path | None, str]]" = field(default_factory=dict)
     stock: "tuple[FixtureFile, Path | None, str] | None" = None
-    part: "tuple[PartFile, Path, str] | None" = None
-    source: str = ""
+    part: "tuple[PartFile, Path, str] | None" = None  #: Their nominal part, its file, and the key that names it.
+    source: str = ""  #: Which set-ups there are; empty without any.
+    #: Parameter of the command that names a file -> the key of a set-up that gave it, for messages.
     named: dict[str, str] = field(default_factory=dict)
+    #: remap, control: Tables of the set-ups, as the options have them.
     remap: dict[str, str] = field(default_factory=dict)
     control: "tuple[Mapping[str, Mapping[str, Any]], ...]" = ()
+    #: Parameters of the command whose values replace those of the set-ups; without work offsets.
     replaced: tuple[str, ...] = ()
 
 

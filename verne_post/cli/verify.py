@@ -93,8 +93,7 @@ def command(
     name, files = show_name(setpoints), RunFiles()
     files.expect(setpoints, "AXES.CSV")
     for path, option in ((meta, "--meta"), (measured, "--measured")):
-        if path is not None:
-            files.expect(path, option)
+        files.expect(path, option)
     try:
         machine, source, options = read_program(files, against, given)
     except InputError as error:

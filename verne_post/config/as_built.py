@@ -58,15 +58,6 @@ class AsBuiltFile(Table, frozen=True, kw_only=True):
 def read_as_built(table: object, file_name: str, read: Callable[[str], bytes]) -> tuple[AsBuiltFile, bytes]:
     """The table, from the machine file or from the file that its only key ``file`` names; and the bytes of that file.
 
-    Parameters
-    ----------
-    table : object
-        What stands under [as_built].
-    file_name : str
-        Of the machine file, for messages.
-    read : callable
-        Reads a file beside the machine file.
-
     Raises
     ------
     InputError

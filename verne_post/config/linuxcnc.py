@@ -84,8 +84,6 @@ def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
     ----------
     raw : bytes
         The INI file; ``name`` is for messages.
-    read : callable
-        Reads files that it names.
 
     Raises
     ------

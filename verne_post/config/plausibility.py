@@ -37,8 +37,6 @@ def find_implausible(data: dict[str, Any], group: str, file_name: str) -> list[F
         The machine file, as it is written; it has been checked against its schema.
     group : str
         What the keys of the actuators begin with.
-    file_name : str
-        For messages.
     """
     limits, texts = data["limits"], list[str]()
     for axis, kind in ((group, "linear"), ("a", "rotary"), ("c", "rotary")):

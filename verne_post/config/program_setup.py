@@ -63,8 +63,6 @@ def number_tools(
     ----------
     entries : mapping
         Number or name -> tool.
-    place : str
-        Where they stand, for messages.
     is_own : bool
         They are of one program alone.
 
@@ -195,12 +193,8 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
 
     Parameters
     ----------
-    name : str
-        Of the file.
     folder : Path
         That of the file, from which names of files in it count.
-    prefix : str
-        Name of the table in the file.
     remedy : str
         What to do about named files outside the folder; empty where they may lie anywhere.
 

@@ -36,13 +36,8 @@ def write_setup(
 
     Parameters
     ----------
-    program : str
-        Its name.
-    asked : Asked
     remarks : mapping of str to str
         Number or name of a tool -> the remark of the program about it, which is repeated.
-    dialect : str
-        Its language.
     zero : str
         The point that work offsets count from, in words.
     idle : sequence of str
@@ -80,11 +75,8 @@ def extend_setup(
     ----------
     text : str
         The file, which can be read as a set-up.
-    asked : Asked
-        What it must say.
     used : container of tuple or None
         Table and name of each key that the program uses; None where nobody knows.
-    head : iterable of str
     dialect, zero : str
         As :func:`write_setup` has them.
 

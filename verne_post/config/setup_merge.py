@@ -33,10 +33,6 @@ def merge_setup(
 
     Parameters
     ----------
-    text : str
-        TOML.
-    edits : iterable of Edit
-        What is to be written.
     unused, used : iterable of tuple
         Keys of it that get the remark :data:`UNUSED`, and keys that lose it.
     headers : mapping, optional

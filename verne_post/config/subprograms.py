@@ -41,8 +41,6 @@ def collect_subprograms(
 
     Parameters
     ----------
-    source : Text
-        The program.
     folder : Path
         Its folder; nothing outside is read.
     paths : tuple of str

@@ -121,6 +121,13 @@ class About(Struct, frozen=True):
     takes: Any = None  #: Type of what a caller may give, where that is more than the type of what is kept.
 
 
+def _describe_unlisted(
+    text: str, group: Group = Group.PROGRAM, changes: Changes = Changes.MOTION, takes: Any = None
+) -> About:
+    """An option that the command line does not have, nor the ``[options]`` table: files or callers give it."""
+    return About(text, group, changes, flag="", in_settings=False, takes=takes)
+
+
 def list_dialects() -> tuple[str, ...]:
     """Names of the controller dialects: the modules of :mod:`verne_post.gcode.dialects`."""
     return ("auto", *list_module_names([str(Path(__file__).parents[1] / "gcode" / "dialects")]))
@@ -175,11 +182,9 @@ class Options:
     tools: Annotated[
         HeldTools,
         Checked(check_tools),
-        About(
+        _describe_unlisted(
             "Tool table by number; in place of a tool its length in mm, or length and diameter.",
             Group.SETUP,
-            flag="",
-            in_settings=False,
             takes=Mapping[int, Tool | float | tuple[float, float]] | None,
         ),
     ] = None  # type: ignore[assignment]
@@ -214,18 +219,13 @@ class Options:
     subroutines: Annotated[
         dict[str, Any],
         Checked(check_texts),
-        About(
+        _describe_unlisted(
             "Text of the files that calls may name, by name without extension, in lower case.",
-            Group.PROGRAM,
-            flag="",
-            in_settings=False,
             takes=Mapping[str, bytes],
         ),
     ] = field(default_factory=dict)
     parameters: Annotated[
-        dict[int, float],
-        Checked(check_parameters),
-        About("Numbered parameters before the program.", Group.PROGRAM, flag="", in_settings=False),
+        dict[int, float], Checked(check_parameters), _describe_unlisted("Numbered parameters before the program.")
     ] = field(default_factory=dict)
     parameter_units: Annotated[
         Literal["mm", "inch"], About("Unit of the lengths in the parameter file.", Group.PROGRAM)
@@ -233,19 +233,14 @@ class Options:
     remap: Annotated[
         dict[str, str],
         Checked(check_remap),
-        About(
-            "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False
-        ),
+        _describe_unlisted("Meaning of user-defined codes: [remap] of the settings file."),
     ] = field(default_factory=dict)
     control: Annotated[
         dict[str, dict[str, Any]],
         Checked(check_control),
-        About(
+        _describe_unlisted(
             "Settings of the machine builder, by controller dialect: [siemens], [heidenhain], [fanuc], [rs274] and "
-            "[aptcl] of the settings file.",
-            Group.PROGRAM,
-            flag="",
-            in_settings=False,
+            "[aptcl] of the settings file."
         ),
     ] = field(default_factory=dict)
     tapping: Annotated[
@@ -267,9 +262,7 @@ class Options:
         ),
     ] = 100_000
     max_megabytes: Annotated[
-        int,
-        Meta(ge=1),
-        About("Size beyond which a program is refused.", Group.PROGRAM, Changes.CHECKS, metavar="MB"),
+        int, Meta(ge=1), About("Size beyond which a program is refused.", Group.PROGRAM, Changes.CHECKS, metavar="MB")
     ] = 4096
     max_rows: Annotated[
         int,
@@ -428,25 +421,17 @@ class Options:
     tool_shapes: Annotated[
         dict[int, Any],
         Checked(check_shapes),
-        About(
+        _describe_unlisted(
             "Cutter, shank and holder of the tools, by number.",
             Group.SAFETY,
             Changes.CHECKS,
-            flag="",
-            in_settings=False,
             takes=Mapping[int, Sequence[Cylinder]],
         ),
     ] = field(default_factory=dict)
     part: Annotated[
         NominalPart | None,
         Checked(check_part),
-        About(
-            "The part as it should be: rows are compared with it.",
-            Group.SAFETY,
-            Changes.CHECKS,
-            flag="",
-            in_settings=False,
-        ),
+        _describe_unlisted("The part as it should be: rows are compared with it.", Group.SAFETY, Changes.CHECKS),
     ] = None
     air: Annotated[
         float,
@@ -534,50 +519,31 @@ class Options:
             short="-j",
         ),
     ] = 1
-    source_name: Annotated[
-        str, About("Name of the program in messages.", Group.PROGRAM, flag="", in_settings=False)
-    ] = "program"
-    setup_source: Annotated[
-        str,
-        About("Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False),
-    ] = ""
+    source_name: Annotated[str, _describe_unlisted("Name of the program in messages.")] = "program"
+    setup_source: Annotated[str, _describe_unlisted("Which files gave the set-up of the program, in messages.")] = ""
     setup_file: Annotated[
         str,
-        About(
-            "The file of the set-up that is to be filled in, in messages; default: that beside the program.",
-            Group.PROGRAM,
-            flag="",
-            in_settings=False,
+        _describe_unlisted(
+            "The file of the set-up that is to be filled in, in messages; default: that beside the program."
         ),
     ] = ""
     command_words: Annotated[
         tuple[str, ...],
-        About(
-            "Options of the command line, each with its value, for the commands that messages propose.",
-            Group.PROGRAM,
-            flag="",
-            in_settings=False,
-        ),
+        _describe_unlisted("Options of the command line, each with its value, for the commands that messages propose."),
     ] = ()
     unmeasured_wcs: Annotated[
         dict[int, str],
         Checked(check_unmeasured),
-        About(
-            "Work systems that a set-up marks as still to be measured, and which file that is.",
-            Group.SETUP,
-            flag="",
-            in_settings=False,
+        _describe_unlisted(
+            "Work systems that a set-up marks as still to be measured, and which file that is.", Group.SETUP
         ),
     ] = field(default_factory=dict)
 
     subroutine_files: Annotated[
         dict[str, str],
         Checked(check_file_names),
-        About(
-            "Names of the files of ``subroutines`` in messages, by name without extension, in lower case.",
-            Group.PROGRAM,
-            flag="",
-            in_settings=False,
+        _describe_unlisted(
+            "Names of the files of ``subroutines`` in messages, by name without extension, in lower case."
         ),
     ] = field(default_factory=dict)
 

@@ -16,27 +16,13 @@ Vector9 = tuple[float, float, float, float, float, float, float, float, float]
 MACHINE_SYSTEM: Final = 0
 #: Number of the work system before G54.1 P1: those of G54 to G59.3 are 1 to 9.
 ADDITIONAL_SYSTEMS: Final = 100
-#: G54 to G59.3, then G54.1 P1 to P48.
-WORK_SYSTEMS: Final = (*range(1, 10), *range(ADDITIONAL_SYSTEMS + 1, ADDITIONAL_SYSTEMS + 49))
 #: Number -> how it is written in options and reports.
-SYSTEM_NAMES: Final = dict(
-    zip(
-        WORK_SYSTEMS,
-        (
-            "G54",
-            "G55",
-            "G56",
-            "G57",
-            "G58",
-            "G59",
-            "G59.1",
-            "G59.2",
-            "G59.3",
-            *(f"G54.1P{number}" for number in range(1, 49)),
-        ),
-        strict=True,
-    )
-)
+SYSTEM_NAMES: Final = {
+    **dict(enumerate(("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"), start=1)),
+    **{ADDITIONAL_SYSTEMS + number: f"G54.1P{number}" for number in range(1, 49)},
+}
+#: Their numbers: G54 to G59.3, then G54.1 P1 to P48.
+WORK_SYSTEMS: Final = tuple(SYSTEM_NAMES)
 #: The same the other way round.
 SYSTEM_NUMBERS: Final = {name: number for number, name in SYSTEM_NAMES.items()}
 

@@ -64,8 +64,6 @@ def compare(key: str, value: float, name: str, what: str = "") -> Iterator[str]:
 
     Parameters
     ----------
-    key : str
-    value : float
     name : str
         Of its row in :data:`PLAUSIBLE`.
     what : str

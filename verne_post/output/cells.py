@@ -19,8 +19,6 @@ def describe_first_wrong(
 
     Parameters
     ----------
-    name : str
-        Of the file.
     rows : iterable of (int, str)
         1-based number in the file, and text.
     separator : str or None

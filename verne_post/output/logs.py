@@ -28,9 +28,6 @@ def read_log(
     text : str
         Comma, semicolon or blanks between the cells, with or without a header. Without one, as halsampler writes: the
         joints in their order, with ``-t`` after the number of the sample.
-    name : str
-        For messages.
-    columns : tuple of Column
     column_names : tuple of str
         Names of the joints' columns in setpoint files, which are looked for.
     columns_by_joint : mapping

@@ -58,8 +58,6 @@ def read_csv(
 
     Parameters
     ----------
-    name : str
-        For messages.
     columns : tuple of Column
         What the machine needs.
     cycle : float

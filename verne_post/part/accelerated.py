@@ -183,28 +183,36 @@ def _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend, chord_bend):
 
 
 @_compile
-def _scan(
-    body,
-    edges,
-    bow,
-    slack,
-    point,
-    tip,
-    axis,
-    linked,
-    offset,
-    middle,
-    reach,
-    chord,
-    last,
-    tip_bend,
-    chord_bend,
-    distance,
-    row,
-):
+def _make_stack(offset, fan):
+    """Room for the nodes that wait while one point goes down the tree."""
+    levels = len(offset) - 1
+    return np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
+
+
+@_compile
+def _add_nodes(stack, depth, first, end):
+    """Put the nodes from ``first`` up to ``end`` on the stack; its new depth."""
+    for node in range(first, end):
+        stack[depth] = node
+        depth += 1
+    return depth
+
+
+@_compile
+def _find_level(offset, node):
+    """The level of a node, 0 for those of rows."""
+    level = len(offset) - 2
+    while node < offset[level]:
+        level -= 1
+    return level
+
+
+@_compile
+def _scan(body, edges, bow, slack, point, path, tree, distance, row):
     """Points in turn; each begins with the leaf in which the one before ended."""
+    (tip, axis, linked), (offset, middle, reach, chord, last, tip_bend, chord_bend) = path, tree
     levels, n, fan = len(offset) - 1, len(tip), 8
-    stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
+    stack = _make_stack(offset, fan)
     before = -1
     for p in range(len(point)):
         x, y, z = point[p, 0], point[p, 1], point[p, 2]
@@ -230,23 +238,10 @@ def _scan(
                 best, at, mine = phi, i, True
             if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) >= best - slack:
                 continue
-            level = levels - 1
-            while node < offset[level]:
-                level -= 1
+            level = _find_level(offset, node)
             if tip_bend[node] < SMALL_BEND_MM:
-                lower = _bound_stretch(
-                    body,
-                    edges,
-                    x,
-                    y,
-                    z,
-                    tip,
-                    axis,
-                    (node - offset[level]) * fan ** (level + 1),
-                    last[node],
-                    tip_bend[node],
-                    chord_bend[node],
-                )
+                i, j = (node - offset[level]) * fan ** (level + 1), last[node]
+                lower = _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend[node], chord_bend[node])
                 if lower - bow >= best - slack:
                     continue
             child = (node - offset[level]) * fan
@@ -279,6 +274,12 @@ def _view(x, y, z, n, tx, ty, tz, ux, uy, uz, mx, my, mz, vx, vy, vz):
         dr = (-(dx * mx + dy * my + dz * mz) - h * dh) / r
         return r, h, dr, dh, (dx * n[0] + dy * n[1] + dz * n[2] - h * along) / r, along
     return r, h, 0.0, dh, 0.0, along
+
+
+@_compile
+def _view_from(x, y, z, n, tip, axis):
+    """The point from a pose that does not move on."""
+    return _view(x, y, z, n, tip[0], tip[1], tip[2], axis[0], axis[1], axis[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @_compile
@@ -343,6 +344,16 @@ def _is_above(body, edges, at0, at1, width, delta, limit):
 
 
 @_compile
+def _is_stretch_above(body, edges, x, y, z, n, tip, axis, i, j, tip_bend, chord_bend, delta, limit):
+    """Whether phi is above a limit over a facet and all rows from i to j, by their straight motion and its bend."""
+    at0 = _view_between(x, y, z, n, tip, axis, i, j, 0.0)
+    at1 = _view_between(x, y, z, n, tip, axis, i, j, 1.0)
+    far = math.sqrt(max(at0[0] ** 2 + at0[1] ** 2, at1[0] ** 2 + at1[1] ** 2)) + delta
+    bent = tip_bend + chord_bend * (far + tip_bend) + _bound_bow(tip, axis, i, j, far)
+    return _is_above(body, edges, at0, at1, 1.0, delta, limit + bent)
+
+
+@_compile
 def _is_span_clear(body, edges, x, y, z, n, tip, axis, i, delta, limit):
     """Whether phi stays above a limit between rows i and i + 1; halves that do not say so are halved again."""
     depth = 0
@@ -370,58 +381,32 @@ def _is_span_clear(body, edges, x, y, z, n, tip, axis, i, delta, limit):
 
 
 @_compile
-def _check(
-    body,
-    edges,
-    point,
-    normal,
-    delta,
-    limit,
-    tip,
-    axis,
-    linked,
-    offset,
-    middle,
-    reach,
-    chord,
-    last,
-    tip_bend,
-    chord_bend,
-    clear,
-):
+def _check(body, edges, point, normal, delta, limit, path, tree, clear):
     """Whether phi stays above a limit on facets within delta of points, for all time."""
+    (tip, axis, linked), (offset, middle, reach, chord, last, tip_bend, chord_bend) = path, tree
     levels, n, fan = len(offset) - 1, len(tip), 8
-    stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
+    stack = _make_stack(offset, fan)
     for p in range(len(point)):
         if not clear[p]:
             continue
         x, y, z = point[p, 0], point[p, 1], point[p, 2]
-        depth = 0
-        for node in range(offset[levels - 1], offset[levels]):
-            stack[depth] = node
-            depth += 1
+        depth = _add_nodes(stack, 0, offset[levels - 1], offset[levels])
         while depth and clear[p]:
             depth -= 1
             node = stack[depth]
             dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, middle[node])
             if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) - delta[p] > limit:
                 continue
-            level = levels - 1
-            while node < offset[level]:
-                level -= 1
+            level = _find_level(offset, node)
             i, j = (node - offset[level]) * fan ** (level + 1), last[node]
-            if tip_bend[node] < delta[p]:
-                at0 = _view_between(x, y, z, normal[p], tip, axis, i, j, 0.0)
-                at1 = _view_between(x, y, z, normal[p], tip, axis, i, j, 1.0)
-                far = math.sqrt(max(at0[0] ** 2 + at0[1] ** 2, at1[0] ** 2 + at1[1] ** 2)) + delta[p]
-                bent = tip_bend[node] + chord_bend[node] * (far + tip_bend[node]) + _bound_bow(tip, axis, i, j, far)
-                if _is_above(body, edges, at0, at1, 1.0, delta[p], limit + bent):
-                    continue
+            if tip_bend[node] < delta[p] and _is_stretch_above(
+                body, edges, x, y, z, normal[p], tip, axis, i, j, tip_bend[node], chord_bend[node], delta[p], limit
+            ):
+                continue
             child = (node - offset[level]) * fan
             if level > 0:
-                for one in range(offset[level - 1] + child, min(offset[level - 1] + child + fan, offset[level])):
-                    stack[depth] = one
-                    depth += 1
+                first = offset[level - 1] + child
+                depth = _add_nodes(stack, depth, first, min(first + fan, offset[level]))
                 continue
             for i in range(child, min(child + fan, n)):
                 dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, i)
@@ -438,24 +423,7 @@ def _check(
                 if linked[i]:
                     good = _is_span_clear(body, edges, x, y, z, normal[p], tip, axis, i, delta[p], limit)
                 else:
-                    at = _view(
-                        x,
-                        y,
-                        z,
-                        normal[p],
-                        tip[i, 0],
-                        tip[i, 1],
-                        tip[i, 2],
-                        axis[i, 0],
-                        axis[i, 1],
-                        axis[i, 2],
-                        0.0,
-                        0.0,
-                        0.0,
-                        0.0,
-                        0.0,
-                        0.0,
-                    )
+                    at = _view_from(x, y, z, normal[p], tip[i], axis[i])
                     good = _is_above(body, edges, at, at, 0.0, delta[p], limit)
                 if not good:
                     clear[p] = False
@@ -477,38 +445,15 @@ def _note(marks, offset, i, phi, x, y, z):
 
 
 @_compile
-def _touch(
-    body,
-    edges,
-    bow,
-    point,
-    normal,
-    delta,
-    limit,
-    least,
-    tip,
-    axis,
-    linked,
-    offset,
-    middle,
-    reach,
-    chord,
-    last,
-    tip_bend,
-    chord_bend,
-    marks,
-    opened,
-):
+def _touch(body, edges, bow, point, normal, delta, limit, least, path, tree, marks, opened):
     """Mark the lines that touch cells; ``opened`` are cells with lines that neither touch nor miss for certain."""
+    (tip, axis, linked), (offset, middle, reach, chord, last, tip_bend, chord_bend) = path, tree
     levels, n, fan = len(offset) - 1, len(tip), 8
-    stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
+    stack = _make_stack(offset, fan)
     group, touched, left = marks[0], marks[3], marks[7]
     for p in range(len(point)):
         x, y, z, d = point[p, 0], point[p, 1], point[p, 2], delta[p]
-        depth = 0
-        for node in range(offset[levels - 1], offset[levels]):
-            stack[depth] = node
-            depth += 1
+        depth = _add_nodes(stack, 0, offset[levels - 1], offset[levels])
         while depth:
             depth -= 1
             node = stack[depth]
@@ -517,26 +462,20 @@ def _touch(
             dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, middle[node])
             if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) - d > limit:
                 continue
-            level = levels - 1
-            while node < offset[level]:
-                level -= 1
+            level = _find_level(offset, node)
             i, j = (node - offset[level]) * fan ** (level + 1), last[node]
             if tip_bend[node] < SMALL_BEND_MM:
                 lower = _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend[node], chord_bend[node])
                 if lower - bow - d > limit:
                     continue
-                if tip_bend[node] < d:
-                    at0 = _view_between(x, y, z, normal[p], tip, axis, i, j, 0.0)
-                    at1 = _view_between(x, y, z, normal[p], tip, axis, i, j, 1.0)
-                    far = math.sqrt(max(at0[0] ** 2 + at0[1] ** 2, at1[0] ** 2 + at1[1] ** 2)) + d
-                    bent = tip_bend[node] + chord_bend[node] * (far + tip_bend[node]) + _bound_bow(tip, axis, i, j, far)
-                    if _is_above(body, edges, at0, at1, 1.0, d, limit + bow + bent):
-                        continue
+                if tip_bend[node] < d and _is_stretch_above(
+                    body, edges, x, y, z, normal[p], tip, axis, i, j, tip_bend[node], chord_bend[node], d, limit + bow
+                ):
+                    continue
             child = (node - offset[level]) * fan
             if level > 0:
-                for one in range(offset[level - 1] + child, min(offset[level - 1] + child + fan, offset[level])):
-                    stack[depth] = one
-                    depth += 1
+                first = offset[level - 1] + child
+                depth = _add_nodes(stack, depth, first, min(first + fan, offset[level]))
                 continue
             for i in range(child, min(child + fan, n)):
                 if touched[group[i]]:
@@ -559,23 +498,8 @@ def _touch(
                             tip, axis, i, dx, dy, dz, r, h, by_r, by_h, ex, ey, ez, r1, h1, by_r1, by_h1
                         )
                         if g0 < 0 and g1 > 0:
-                            found = _search(
-                                body,
-                                edges,
-                                bow,
-                                x,
-                                y,
-                                z,
-                                tip,
-                                axis,
-                                i,
-                                f0,
-                                g0,
-                                f1,
-                                g1,
-                                min(found, limit + d + bow),
-                                limit,
-                            )
+                            best = min(found, limit + d + bow)
+                            found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best, limit)
                 if found <= limit:
                     _note(marks, offset, i, found, x, y, z)
                     continue
@@ -594,18 +518,22 @@ def _touch(
                     opened[p] = True
 
 
-def _pack(motion: Motion) -> tuple[Any, ...]:
-    """The tree of a motion, its levels one after the other."""
+def _pack(motion: Motion) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """The rows of a motion, and its tree, whose levels follow one after the other."""
+    assert FAN == 8  # the kernels count on it
     offset = np.cumsum([0, *(len(level.middle) for level in motion.levels)])
     columns = (np.concatenate([getattr(level, name) for level in motion.levels]) for name in Level.__struct_fields__)
-    return (motion.tip, motion.axis, motion.linked, offset, *columns)
+    return (motion.tip, motion.axis, motion.linked), (offset, *columns)
+
+
+def _pack_piece(piece: Piece) -> tuple[tuple[float, ...], Array]:
+    """The sizes of a piece, and the edges of its core."""
+    return (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius), piece.list_edges()
 
 
 def scan(motion: Motion, piece: Piece, point: Array, distance: Array, row: Ints, slack: float) -> None:
     """Improve the least distances (n,) of points (n, 3) from one piece, and the rows (n,) where they are."""
-    assert FAN == 8  # the kernel counts on it
-    body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
-    _scan(body, piece.list_edges(), motion.bow, slack, point, *_pack(motion), distance, row)
+    _scan(*_pack_piece(piece), motion.bow, slack, point, *_pack(motion), distance, row)
 
 
 def touch(
@@ -617,11 +545,9 @@ def touch(
     marks: tuple[Array, ...],
 ) -> Mask:
     """What ``places.touch_cells`` does; marks are changed."""
-    assert FAN == 8  # the kernel counts on it
-    body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
     point, normal, delta = cells
     opened = np.zeros(len(point), dtype=bool)
-    _touch(body, piece.list_edges(), motion.bow, point, normal, delta, limit, least, *_pack(motion), marks, opened)
+    _touch(*_pack_piece(piece), motion.bow, point, normal, delta, limit, least, *_pack(motion), marks, opened)
     return opened
 
 
@@ -629,5 +555,4 @@ def check_above(
     motion: Motion, piece: Piece, point: Array, normal: Array, delta: Array, limit: float, clear: Mask
 ) -> None:
     """Leave ``clear`` (n,) where a piece's phi is surely above a limit on facets within delta (n,) of points."""
-    body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
-    _check(body, piece.list_edges(), point, normal, delta, limit, *_pack(motion), clear)
+    _check(*_pack_piece(piece), point, normal, delta, limit, *_pack(motion), clear)

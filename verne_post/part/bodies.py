@@ -111,7 +111,6 @@ def measure_phi(pieces: Sequence[Piece], point: Array, tip: Array, axis: Array) 
 
     Parameters
     ----------
-    pieces : sequence of Piece
     point, tip, axis : ndarray, shapes that broadcast to (..., 3)
         mm, one frame; the axis is a unit vector from the tip to the spindle.
 

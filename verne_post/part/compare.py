@@ -128,7 +128,6 @@ def compare(
     ----------
     mesh : Mesh
         In the frame of the motions.
-    watch : callable, optional
     accelerate : bool
         Use numba where it is installed.
 

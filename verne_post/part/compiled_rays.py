@@ -191,33 +191,21 @@ def _meet_moving(
 
 
 @_compile
-def _find_window(start: Any, end: Any, axis: Any, radius: Any, bottom: Any, top: Any, cell: Any, n: Any, k: Any) -> Any:
-    """First cell along one axis of a body, and the one after its last."""
+def _find_window(table: Any, pose: Any, cell: Any, n: Any, k: Any) -> Any:
+    """First cell along axis k of a body, and the one after its last."""
+    (_edges, _corners, radius, bottom, top), (start, end, axis) = table, pose
     side = radius * math.sqrt(max(1.0 - axis[k] * axis[k], 0.0))
     least = min(start[k], end[k]) + min(bottom * axis[k], top * axis[k]) - side
     most = max(start[k], end[k]) + max(bottom * axis[k], top * axis[k]) + side
-    return max(math.ceil(least / cell - 0.5), 0), min(math.floor(most / cell - 0.5) + 1, n)
+    return max(math.ceil(least / cell[k] - 0.5), 0), min(math.floor(most / cell[k] - 0.5) + 1, n)
 
 
 @_compile
 def _meet_row(
-    edges: Any,
-    corners: Any,
-    level: Any,
-    radius: Any,
-    bottom: Any,
-    cell: Any,
-    i: Any,
-    j0: Any,
-    j1: Any,
-    start: Any,
-    end: Any,
-    axis: Any,
-    stock: Any,
-    low: Any,
-    high: Any,
+    table: Any, level: Any, cell: Any, i: Any, j0: Any, j1: Any, pose: Any, stock: Any, low: Any, high: Any
 ) -> None:
     """Where rays (i, j0) to (i, j1) enter and leave a body; rays whose material it passes by count as missed."""
+    (edges, corners, radius, bottom, _top), (start, end, axis) = table, pose
     stock_low, stock_high, rows, more_low, more_high, used, _in_use = stock
     ux, uy, uz = axis[0], axis[1], axis[2]
     x, first = (i + 0.5) * cell[0] - end[0], (j0 + 0.5) * cell[1] - end[1]
@@ -298,34 +286,21 @@ def _has_material(low: Any, high: Any, a: Any, b: Any) -> Any:
 
 
 @_compile
-def cut(
-    stock: Any,
-    cell: Any,
-    starts: Any,
-    ends: Any,
-    axes: Any,
-    edges: Any,
-    corners: Any,
-    radius: Any,
-    bottom: Any,
-    top: Any,
-    volume: Any,
-    first: Any,
-) -> Any:
+def cut(stock: Any, cell: Any, sweeps: Any, table: Any, volume: Any, first: Any) -> Any:
     """Take bodies away from number ``first`` on.
 
     The number done; it is fewer where a ray has no free place left, and then which ray, and the interval without place.
     """
     low, high, rows, more_low, more_high, used, in_use = stock
-    level = _list_level(edges, corners)
+    (starts, ends, axes), level = sweeps, _list_level(table[0], table[1])
     area = cell[0] * cell[1]
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])
     for row in range(first, len(starts)):
-        start, end, axis = starts[row], ends[row], axes[row]
-        i0, i1 = _find_window(start, end, axis, radius, bottom, top, cell[0], low.shape[0], 0)
-        j0, j1 = _find_window(start, end, axis, radius, bottom, top, cell[1], low.shape[1], 1)
+        pose = starts[row], ends[row], axes[row]
+        i0, i1 = _find_window(table, pose, cell, low.shape[0], 0)
+        j0, j1 = _find_window(table, pose, cell, low.shape[1], 1)
         for i in range(i0, i1):
-            _meet_row(edges, corners, level, radius, bottom, cell, i, j0, j1, start, end, axis, stock, enter, leave)
+            _meet_row(table, level, cell, i, j0, j1, pose, stock, enter, leave)
             for j in range(j0, j1):
                 a, b = enter[j - j0], leave[j - j0]
                 if not a < b:
@@ -352,34 +327,21 @@ def cut(
 
 
 @_compile
-def touch(
-    stock: Any,
-    cell: Any,
-    starts: Any,
-    ends: Any,
-    axes: Any,
-    edges: Any,
-    corners: Any,
-    radius: Any,
-    bottom: Any,
-    top: Any,
-    found: Any,
-    only_first: Any,
-) -> None:
+def touch(stock: Any, cell: Any, sweeps: Any, table: Any, found: Any, only_first: Any) -> None:
     """Note which bodies have material in them, or the first of them."""
     low, high, rows, more_low, more_high, used, _in_use = stock
-    level = _list_level(edges, corners)
+    (starts, ends, axes), level = sweeps, _list_level(table[0], table[1])
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])
     for row in range(len(starts)):
         if only_first and row > 0 and found[row - 1]:
             return
-        start, end, axis = starts[row], ends[row], axes[row]
-        i0, i1 = _find_window(start, end, axis, radius, bottom, top, cell[0], low.shape[0], 0)
-        j0, j1 = _find_window(start, end, axis, radius, bottom, top, cell[1], low.shape[1], 1)
+        pose = starts[row], ends[row], axes[row]
+        i0, i1 = _find_window(table, pose, cell, low.shape[0], 0)
+        j0, j1 = _find_window(table, pose, cell, low.shape[1], 1)
         for i in range(i0, i1):
             if found[row]:
                 break
-            _meet_row(edges, corners, level, radius, bottom, cell, i, j0, j1, start, end, axis, stock, enter, leave)
+            _meet_row(table, level, cell, i, j0, j1, pose, stock, enter, leave)
             for j in range(j0, j1):
                 a, b, more = enter[j - j0], leave[j - j0], rows[i, j]
                 has = _has_material(low[i, j], high[i, j], a, b)

@@ -365,13 +365,7 @@ class _Run:
             yield sweeps, table
 
     def _is_clear(
-        self,
-        row: int,
-        tip: Array,
-        axis: Array,
-        name: str,
-        body: tuple[Piece, ...],
-        stood: tuple[Array, Array],
+        self, row: int, tip: Array, axis: Array, name: str, body: tuple[Piece, ...], stood: tuple[Array, Array]
     ) -> bool:
         """Whether a body is clear that no ray certainly meets, and that may meet material between the rays."""
         if self.keep_off or not (name == "cutter" or (int(self.spans.tool[row]), name) in self.broken):

@@ -238,9 +238,8 @@ class Dexels:
         near = sweeps.take(rows)
         volume, done = np.zeros(len(rows)), 0
         while done < len(rows):
-            done, i, j, *ends = kernels.cut(
-                self._describe(), self.cell, *_describe_sweeps(near), *_describe_table(table), volume, done
-            )
+            stock, bodies = self._describe(), _describe_sweeps(near)
+            done, i, j, *ends = kernels.cut(stock, self.cell, bodies, _describe_table(table), volume, done)
             if done < len(rows):  # an interval has found no place
                 self._store(*(np.array([one]) for one in (i, j, *ends)))
         removed[rows] = volume
@@ -265,7 +264,7 @@ class Dexels:
             rows = rows[::-1]
         found = np.zeros(len(rows), dtype=np.bool_)
         stock, near = self._describe(), _describe_sweeps(sweeps.take(rows))
-        kernels.touch(stock, self.cell, *near, *_describe_table(table), found, only_first)
+        kernels.touch(stock, self.cell, near, _describe_table(table), found, only_first)
         touching[rows] = found
         return touching
 

@@ -63,7 +63,7 @@ def make_cylinder(low: Array, high: Array, bore: float, origin: Array, turn: flo
     return stock
 
 
-def make_of_mesh(mesh: Mesh, origin: Array, turn: float, cell: float = CELL_MM) -> Dexels:
+def make_of_mesh(mesh: Mesh, origin: Array, turn: float) -> Dexels:
     """A mesh, given in such a frame: closed where rays pass, and boxes may touch each other.
 
     Raises
@@ -73,7 +73,7 @@ def make_of_mesh(mesh: Mesh, origin: Array, turn: float, cell: float = CELL_MM) 
     """
     corner = mesh.list_corners()
     low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
-    stock = make_box(low, high, origin, turn, cell)
+    stock = make_box(low, high, origin, turn)
     ends = list_intervals(mesh.name, (corner - np.append(low[:2], 0.0)), stock.cell, stock.counts)
     return Dexels(stock.origin, turn, stock.cell, *ends)
 

@@ -57,15 +57,7 @@ _PARTS: Final = ("style.css", "shared.js", "solids.js", "scene.js", "charts.js",
 
 
 def make_page(program: str, source: Text, machine: Machine, study: Study) -> str:
-    """Write the page.
-
-    Parameters
-    ----------
-    program : str
-        Its name.
-    source : Text
-        Its text, shown beside the scene.
-    """
+    """Write the page."""
     pack = Pack()
     data = _pack_study(pack, machine, study)
     data["programLines"], data["numbered"] = _pack_text(pack, source, study)

@@ -17,13 +17,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Event, MoveKind, Stock, describe_tool, find_tool_of_moves
 from verne_post.model.part_setup import Box, FixtureMesh, OwnStock, Tool, name_system, spell_tool_word
 from verne_post.model.work_systems import find_placer
-from verne_post.output.summary import (
-    LINE_OF_FACT,
-    NOT_CHECKED_STOCK,
-    describe_own_stock,
-    join_lengths,
-    list_facts,
-)
+from verne_post.output.summary import LINE_OF_FACT, NOT_CHECKED_STOCK, describe_own_stock, join_lengths, list_facts
 from verne_post.report.markup import Row, count, escape_text, join_few, write_table
 from verne_post.report.table import Study
 

@@ -85,11 +85,8 @@ def plan_branches(
     ----------
     path : ToolPath
         Provisional: free segments have the tilt in [0, pi] (through zero where they cross the pole).
-    legal : callable
     c_range : tuple of float
         Travel of C, rad; infinite where it is unlimited.
-    team : Team
-        The processes that try segments.
     nutation : Nutation, optional
         Of a nutating pair. Programmed A and C words keep their side: the joints then go linearly, and on the other side
         that is another path of the tool.

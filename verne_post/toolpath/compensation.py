@@ -79,8 +79,6 @@ def compensate_blends(
         How far the n segments are from what is programmed.
     tip_tolerance, axis_tolerance : ndarray, shape (n + 1,)
         mm and rad.
-    team : Team
-        The processes that move them.
 
     Returns
     -------

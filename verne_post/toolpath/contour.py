@@ -116,8 +116,6 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing, team: Tea
     ----------
     moves : Moves
         For the G61 and G64 in force.
-    team : Team
-        The processes that blend the corners.
     """
     n = len(path)
     if n < 2:

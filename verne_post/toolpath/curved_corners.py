@@ -95,7 +95,6 @@ def blend_curved_corners(
         Of tip and axis, mm and rad.
     feed : ndarray, shape (m,)
         ds/dt at the programmed feed rate, mm/s.
-    jerk_limit : callable
     cycle : float
         Control cycle, s.
     keeps_travel : callable
@@ -201,7 +200,6 @@ def choose_curved_shapes(reaches: Array, feed: Array, limits: Array, cycle: floa
     feed : ndarray, shape (m,)
     limits : ndarray, shape (3, m)
         Largest third derivative by time along the jumps of the three derivatives.
-    cycle : float
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         slowness = (

@@ -109,7 +109,6 @@ def find_deviations(
 
     Parameters
     ----------
-    corners : Corners
     slope : ndarray, shape (n, 5)
         Derivative of the segments by s.
     shift : ndarray, shape (n + 1, 5)

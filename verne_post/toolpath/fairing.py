@@ -58,8 +58,6 @@ def fair_path(
         Metric length at the corners, mm.
     moves : Moves
         For the G61 and G64 in force.
-    team : Team
-        The processes that fair and compensate.
     """
     n = len(path)
     vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), free=(bool,), tip=(float,), axis=(float,))
@@ -115,8 +113,6 @@ def fair_vertices(
         Corners between straight feed moves that may be blended, and are no features (:func:`find_features`).
     tip_bound, axis_bound : ndarray, shape (n + 1,)
         How far each may move, mm and rad; above 0 where it is soft.
-    team : Team
-        The processes that fair stretches.
     """
 
     def fair_part(part: tuple[int, int, int, int]) -> tuple[int, Array]:

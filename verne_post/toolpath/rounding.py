@@ -103,7 +103,6 @@ def round_corners(
         Metric length at the corners, mm.
     chain : ndarray of bool, shape (n + 1,)
         Vertices of compensated curves.
-    smoothing : Smoothing
     """
     shift = np.zeros((len(s), 5))
     shift[1:-1] = shape.end[:-1] - path.end[:-1]

@@ -67,7 +67,6 @@ def plan_continuous(
 
     Parameters
     ----------
-    section : Section
     limits : Limits
         Where no joint has a jerk limit, the section is planned with ``tuning.QUALITY``.
     cycle : float
@@ -80,8 +79,6 @@ def plan_continuous(
         How fast the planned profile is executed.
     begin : float
         When the section begins in the file, s.
-    team : Team
-        The processes that plan it.
 
     Raises
     ------

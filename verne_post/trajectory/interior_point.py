@@ -60,7 +60,6 @@ def solve(problem: Problem, start: Array, *, start_gap: float, final_gap: float,
 
     Parameters
     ----------
-    problem : Problem
     start : ndarray, shape (n + 3,)
         Coefficients to start from, positive; they need not keep the limits.
     start_gap : float

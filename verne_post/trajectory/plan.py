@@ -164,11 +164,8 @@ def plan_contour(
 
     Parameters
     ----------
-    joints : JointFunctions
     first, second, third : ndarray, shape (n, n_joints)
         Largest derivatives of the joints by w over the elements of sections from stop to stop, one after the other.
-    limits : Limits
-    planning : PlanningOptions
     progress : callable, optional
         Called with the number of elements that have been planned.
     slower : ndarray, shape (n_sections,), optional

@@ -36,8 +36,6 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None 
 
     Parameters
     ----------
-    grid : Grid
-    limits : Limits
     start : float
         x at the first point, mm2/s2; less where the grid does not let the profile stop from it.
     window : int

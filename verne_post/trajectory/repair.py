@@ -39,7 +39,6 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array], *, is
 
     Parameters
     ----------
-    task : SectionTask
     rows : callable
         Rows s (n,) of a profile stretched by a factor from 1 on; the first 0, the last the section's length.
     is_repair_tried : bool

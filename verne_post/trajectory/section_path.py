@@ -75,7 +75,6 @@ def build_grid_along(section: Section, first: int = 0, last: int | None = None) 
 
     Parameters
     ----------
-    section : Section
     first, last : int
         Elements, ``last`` excluded; to the end of the section if None.
 

@@ -82,10 +82,8 @@ def plan_sections(
 
     Parameters
     ----------
-    contour : Contour
     first, second, third : ndarray, shape (n, n_joints)
         Largest derivatives of the joints by w over the elements of the sections that are wanted, one after the other.
-    limits : Limits
     wanted : ndarray of bool, shape (n_sections,)
         Sections to plan; the others get a profile of no duration.
     cycle : float

@@ -24,8 +24,6 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0) -> Array:
 
     Parameters
     ----------
-    grid : Grid
-    limits : Limits
     start : float
         x at the first point, mm2/s2.
 

@@ -62,38 +62,17 @@ class Effort(Struct, frozen=True, kw_only=True):
 #: another 0.1 to 0.4 % less time, and as much CPU as without.
 NORMAL: Final = Effort(
     passes=(
-        PassSettings(
-            knot_units=8,
-            points_per_knot=3,
-            tightest_rows=ALL_ROWS,
-            largest_x=8.0,
-            start_gap=100.0,
-            final_gap=3e-1,
-            iterations=25,
-        ),
-        PassSettings(
-            knot_units=4,
-            points_per_knot=2,
-            tightest_rows=ALL_ROWS,
-            largest_x=4.0,
-            start_gap=10.0,
-            final_gap=0.1,
-            iterations=25,
-        ),
+        PassSettings(knot_units=8, points_per_knot=3, tightest_rows=ALL_ROWS,
+                     largest_x=8.0, start_gap=100.0, final_gap=3e-1, iterations=25),
+        PassSettings(knot_units=4, points_per_knot=2, tightest_rows=ALL_ROWS,
+                     largest_x=4.0, start_gap=10.0, final_gap=0.1, iterations=25),
     ),
-    last=PassSettings(
-        knot_units=2,
-        points_per_knot=2,
-        tightest_rows=(2, 3),
-        largest_x=4.0,
-        start_gap=3.0,
-        final_gap=3e-3,
-        iterations=20,
-    ),
+    last=PassSettings(knot_units=2, points_per_knot=2, tightest_rows=(2, 3),
+                      largest_x=4.0, start_gap=3.0, final_gap=3e-3, iterations=20),
     repeats=3,
     near_bound=1.1,
     hopeless=1.2,
-)
+)  # fmt: skip
 
 _WHOLE: Final = (1.0, 1.0, 1.0)
 #: No margin, more passes, every row and a small gap: the optimum in practice, to compare with. Its CPU is many times

@@ -130,7 +130,6 @@ def measure_hidden(
     ----------
     pose : callable
         Tip and angles at places of the section.
-    contour : Contour
     s, element : ndarray, shape (n,)
         The rows: places of the section, and the elements that they are on.
     poses : tuple of ndarray

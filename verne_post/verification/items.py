@@ -44,11 +44,7 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
 def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasures:
     """Measure the programmed segments of a contour; ``by_axis`` where joints tell the tool axis alone."""
     table = GrowingTable(
-        has_tolerance=(bool,),
-        metric_length=(float,),
-        motion_length=(float,),
-        blend_u=(float,),
-        tip_pace=(float,),
+        has_tolerance=(bool,), metric_length=(float,), motion_length=(float,), blend_u=(float,), tip_pace=(float,)
     )
     joint_length = Growing(float)
     for begin, end in iterate_blocks(len(contour.path)):

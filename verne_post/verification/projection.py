@@ -20,9 +20,7 @@ from verne_post.verification.programmed import (
     measure_own_splines,
     span_great_circles,
 )
-from verne_post.verification.splines import (
-    project,
-)
+from verne_post.verification.splines import project
 
 #: Near a corner, the nearest pose of a segment is searched at so many points of a stretch, each round so many times
 #: finer: to a millionth of a stretch that is a few tolerances long.

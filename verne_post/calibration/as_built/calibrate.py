@@ -59,8 +59,6 @@ def calibrate(
 
     Parameters
     ----------
-    measurement : Measurement
-    prior : Prior
     present : FiveAxis
         Makes the joints until now; its errors are those before.
     machine : AsBuiltMachine

@@ -52,14 +52,10 @@ def plan_poses(
     ----------
     machine : Machine
         Whose limits and clearances hold.
-    model : AsBuiltModel
     prior : Prior
         What is known before.
     lengths : sequence of float
         Tools, gauge line to tip, mm.
-    count : int
-    sigma_tip : float
-    joint_sigma : JointUncertainty
     places : ndarray, shape (k, 3), optional
         Tips stand at these places of the table frame only, mm.
 
@@ -95,7 +91,6 @@ def choose_poses(
 
     Parameters
     ----------
-    model : AsBuiltModel
     prior : Prior
         What is known before.
     candidates : WorkspacePoses
@@ -104,8 +99,6 @@ def choose_poses(
         Where the tip error counts.
     count : int
         Poses to choose, no more than there are candidates.
-    sigma_tip : float
-    joint_sigma : JointUncertainty
 
     Returns
     -------

@@ -56,7 +56,6 @@ def predict_errors_after(machine: AsBuiltMachine, found: Array, factor: Array, p
 
     Parameters
     ----------
-    machine : AsBuiltMachine
     found : ndarray, shape (58,)
     factor : ndarray, shape (p, p)
         What is left open: see :attr:`Fit.factor`.

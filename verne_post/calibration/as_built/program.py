@@ -98,10 +98,8 @@ def write_program_lines(
     machine : Machine
         Its machine zero and senses; the program sets its own work offset, the table frame.
     middle : ndarray, shape (3,)
-    poses : WorkspacePoses
     over : sequence of bool
         Ways to each pose that go over the middle pose.
-    dwell : float
     readings : str
         Name of the file of readings, for the first comment.
     """

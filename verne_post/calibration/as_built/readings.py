@@ -36,8 +36,6 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
 
     Parameters
     ----------
-    raw : bytes
-        UTF-8 text.
     machine : Machine
         Its columns are the joints, in the units and senses of its setpoint files.
     sigma_mm, sigma_mrad : float

@@ -1,6 +1,5 @@
 """What a calibration, a touch-up, a plan or a study of tolerances found, as text; a calibration as JSON too."""
 
-import math
 from collections.abc import Iterator
 from typing import Any, Final
 
@@ -20,6 +19,7 @@ from verne_post.calibration.as_built.tolerances import ToleranceStudy
 from verne_post.calibration.data import Direction
 from verne_post.model.deviations import ENTRIES, Deviations
 from verne_post.model.machine import Machine
+from verne_post.output.cells import blank_nonfinite
 
 #: Combinations that the readings leave open are named up to this number, the simplest first.
 NAMED: Final = 6
@@ -205,7 +205,7 @@ def format_calibration_json(report: CalibrationReport) -> str:
         "converged": fit.converged,
         "chi_square": fit.chi_square,
         "degrees_of_freedom": fit.freedom,
-        "probability": _number(fit.probability),
+        "probability": blank_nonfinite(fit.probability),
         "held_out": None if result.held is None else _convert_held_readings(result.held),
         "contradicted": result.contradicted,
         "workspace": {
@@ -225,10 +225,6 @@ def format_calibration_json(report: CalibrationReport) -> str:
     return format_json(data, 2, ensure_ascii=False) + "\n"
 
 
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
 def _convert_quantiles(values: Array) -> dict[str, float]:
     return dict(zip(("median", "p95", "max"), find_quantiles(values), strict=True))
 
@@ -240,9 +236,13 @@ def _convert_errors(errors: ToolErrors) -> dict[str, dict[str, float]]:
 def _convert_bad_reading(report: CalibrationReport, bad: BadReading) -> dict[str, Any]:
     tools, lengths = report.measurement.tools, report.measurement.lengths
     if bad.block >= len(tools):
-        return {"length_line": lengths[bad.block - len(tools)].line, "off_mm": [_number(bad.off[0])]}
-    axis = _number(float(np.hypot(*bad.off[3:]) / MILLI))
-    return {"line": int(tools.line[bad.block]), "off_mm": [_number(v) for v in bad.off[:3]], "axis_off_mrad": axis}
+        return {"length_line": lengths[bad.block - len(tools)].line, "off_mm": [blank_nonfinite(bad.off[0])]}
+    axis = blank_nonfinite(float(np.hypot(*bad.off[3:]) / MILLI))
+    return {
+        "line": int(tools.line[bad.block]),
+        "off_mm": [blank_nonfinite(v) for v in bad.off[:3]],
+        "axis_off_mrad": axis,
+    }
 
 
 def _convert_held_readings(held: HeldOut) -> dict[str, Any]:

@@ -39,12 +39,10 @@ def study_tolerances(
 
     Parameters
     ----------
-    model : AsBuiltModel
     deviations : ndarray, shape (58,)
         About which the machine is differentiated.
     tolerances : ndarray, shape (58,)
         Standard deviations, mm and rad.
-    poses : WorkspacePoses
     angle : ndarray of bool, shape (58,)
         Which parameters are angles.
     """

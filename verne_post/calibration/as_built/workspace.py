@@ -68,11 +68,8 @@ def sample_workspace(
 
     Parameters
     ----------
-    machine : Machine
-    count : int
     lengths : sequence of float
         Tool lengths, mm; each pose has one of them.
-    rng : numpy.random.Generator
     places : ndarray, shape (k, 3), optional
         Tips stand at these places of the table frame only.
     height : float

@@ -78,8 +78,6 @@ def map_tool_to_table(
 
     Parameters
     ----------
-    geometry : AsBuiltGeometry
-    pose : PlatformPose
     angles : ndarray, shape (2, n)
         Joints A and C, rad.
     length : ndarray, shape (n,)

@@ -44,7 +44,6 @@ def measure_margins(
 
     Parameters
     ----------
-    geometry : AsBuiltGeometry
     rho : ndarray, shape (3, n)
     position : ndarray, shape (3, n)
     rotation : ndarray, shape (3, 3, n)

@@ -49,7 +49,6 @@ def differentiate_tool(
 
     Parameters
     ----------
-    geometry : AsBuiltGeometry
     pose : PlatformPose
         The solution of :func:`solve_rods` for ``rho``.
     rho : ndarray, shape (3, n)

@@ -14,7 +14,7 @@ Vectors are in the polar frame of the pair, as in :mod:`~verne_post.kinematics.c
 the base frame. mm and rad.
 """
 
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from msgspec import Struct
@@ -36,6 +36,7 @@ POLE_DEG: Final = 0.5
 class CarriedMachine(Struct, frozen=True, eq=False):
     """Implements the ``FiveAxis`` protocol; joints are the struts, the tilt and the turn of the wrist."""
 
+    nose_offset: ClassVar[float] = 0.0  #: The gauge point is the platform point.
     #: The wrist on three linear axes along those of the part: what words and machine coordinates mean.
     nominal_chain: ChainMachine
     leg: CentralLeg
@@ -49,11 +50,6 @@ class CarriedMachine(Struct, frozen=True, eq=False):
     #: base_cone, platform_cone: How far struts may turn in their joints from home, degrees.
     base_cone: float | None = None
     platform_cone: float | None = None
-
-    @property
-    def nose_offset(self) -> float:
-        """The gauge point is the platform point: 0."""
-        return 0.0
 
     @property
     def spindle(self) -> Array:

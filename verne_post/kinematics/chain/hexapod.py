@@ -17,6 +17,7 @@ the file. mm and rad.
 """
 
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from msgspec import Struct
@@ -35,6 +36,7 @@ from verne_post.model.protocols import Margin, WholeSolution
 class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
     """Implements ``FiveAxis`` and ``RodModule``; joints are six actuators, and the angles of the two words."""
 
+    nose_offset: ClassVar[float] = 0.0  #: The gauge point is the platform point of pictures.
     nominal_chain: ChainMachine  #: The head that words and machine coordinates mean.
     legs: SixLegs
     to_polar: Array  #: (3, 3): Turns directions of the base frame into the polar frame.
@@ -44,11 +46,6 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
     #: base_cone, platform_cone: How far legs may turn in their joints from home, degrees.
     base_cone: float | None = None
     platform_cone: float | None = None
-
-    @property
-    def nose_offset(self) -> float:
-        """The gauge point is the platform point of pictures: 0."""
-        return 0.0
 
     @property
     def spindle(self) -> Array:

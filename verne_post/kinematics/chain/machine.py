@@ -7,7 +7,7 @@ the tool axis. Between the base and the rotary joints of each side lie the linea
 """
 
 from collections.abc import Callable
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from msgspec import Struct
@@ -43,6 +43,7 @@ class Rotary(Struct, frozen=True, eq=False):
 class ChainMachine(Struct, frozen=True, eq=False):
     """Implements the ``FiveAxis`` protocol; joints are x, y, z, the tilt and the turn of the pair."""
 
+    nose_offset: ClassVar[float] = 0.0  #: The gauge point is the platform point.
     pair: PolarPair
     #: gauge, axis (3,): Gauge point, and tool axis from tip to spindle, with all joints at 0.
     gauge: Array
@@ -51,11 +52,6 @@ class ChainMachine(Struct, frozen=True, eq=False):
     tilt: Rotary
     turn: Rotary
     solver: Array  #: (3, 3): The inverse of M.
-
-    @property
-    def nose_offset(self) -> float:
-        """The gauge point is the platform point: 0."""
-        return 0.0
 
     # --- what the rotary joints do to points ----------------------------------------------------------------
 

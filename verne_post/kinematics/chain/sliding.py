@@ -6,6 +6,8 @@ joints, both solutions and words are those of the chain. All vectors are in the 
 (:mod:`~verne_post.kinematics.chain.machine`); places of the platform are in the base frame of the file. mm and rad.
 """
 
+from typing import ClassVar
+
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -23,16 +25,12 @@ from verne_post.model.protocols import Margin, WholeSolution
 class SlidingMachine(Struct, frozen=True, eq=False):
     """Implements the ``FiveAxis`` protocol; joints are the sliders, the tilt and the turn of the pair."""
 
+    nose_offset: ClassVar[float] = 0.0  #: The gauge point is the platform point of pictures.
     chain: ChainMachine  #: The pair on linear axes: what words and machine coordinates mean.
     module: RodsModule  #: The rods; their platform never tilts.
     to_polar: Array  #: (3, 3): Turns directions of the base frame into the polar frame.
     part_zero: Array  #: (3,): Origin of the polar frame, base frame.
     cone: float | None = None  #: How far rods may turn in their joints from home, degrees.
-
-    @property
-    def nose_offset(self) -> float:
-        """The gauge point is the platform point of pictures: 0."""
-        return 0.0
 
     @property
     def spindle(self) -> Array:

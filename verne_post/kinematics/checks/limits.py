@@ -64,8 +64,6 @@ def check_limits(
     ----------
     progress : callable, optional
         Called with the number of elements that have been checked.
-    team : Team
-        The processes that look for what is far from every limit.
 
     Returns
     -------

@@ -215,9 +215,7 @@ def _find_chain_motions(machine: Machine) -> list[_Motion]:
     return found
 
 
-def _find_actuators(
-    whole: SlidingMachine | CarriedMachine | HexapodMachine,
-) -> tuple[Array, Array | None, str]:
+def _find_actuators(whole: SlidingMachine | CarriedMachine | HexapodMachine) -> tuple[Array, Array | None, str]:
     """Directions (k, 3) of sliders, or of struts at home and where these stand, base frame; and what they are."""
     if isinstance(whole, SlidingMachine):
         return whole.module.rails[whole.module.first_rods], None, "slider on a rail"

@@ -52,10 +52,7 @@ def _write_document(cases: list[ElementTree.Element], machine: Machine | None = 
 
 def _make_case(report: Report) -> ElementTree.Element:
     case = ElementTree.Element(
-        "testcase",
-        classname="verne-post",
-        name=make_printable(report.program),
-        time=f"{report.elapsed_s:.3f}",
+        "testcase", classname="verne-post", name=make_printable(report.program), time=f"{report.elapsed_s:.3f}"
     )
     if report.cycle_time_s is not None:
         _add_properties(case, {"machining_time_s": f"{report.cycle_time_s:.3f}"})
