@@ -160,6 +160,10 @@ class Finding:
 
     __repr__ = _list_given
 
+    def covers(self, line: int) -> bool:
+        """Whether a line is one of its stretch, from its first line to its last."""
+        return (self.line or 0) <= line <= (self.last_line or 0)
+
     def __str__(self) -> str:
         """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
         name = "" if self.file is None else self.file if self.file_line is None else f"{self.file}:{self.file_line}"
