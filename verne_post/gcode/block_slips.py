@@ -80,10 +80,10 @@ class _Slip(NamedTuple):
     #: The wrong word, or its group ``wrong``. It is looked for at the column of the error, from the beginning of the
     #: line ("line") or about that column ("around"), where it has the column, or in the whole line ("any").
     pattern: re.Pattern[str]
-    #: Templates of the match; several are choices, and so is a word that only may be meant.
+    #: Templates of the match.
     rights: tuple[str | Callable[[re.Match[str]], str], ...]
-    #: With the groups of the pattern, {wrong}, {right}, and the message of the error: {said}, or {fact} without what
-    #: it suggests.
+    #: What is wrong, where no other word can be meant; else, for a choice, all that is said, with the groups of the
+    #: pattern, {wrong}, {right}, and the message of the error: {said}, or {fact} without what it suggests.
     sentence: str
     place: Literal["here", "line", "around", "any"] = "here"
     applies: Callable[[_Case], bool] = lambda case: True
@@ -116,12 +116,13 @@ class _Slip(NamedTuple):
         )
         words = {**match.groupdict(), "wrong": wrong, "right": rights[0]}
         fact = item.message.split("; did you mean ")[0]
-        is_choice = "did you mean" not in self.sentence
+        is_choice = "{" in self.sentence
+        sentence = self.sentence if is_choice else f"{{wrong}}: {self.sentence}; did you mean {{right}}?"
         edits = write_words(wrong, *rights, line=item.line or 0, is_choice=is_choice)
         return replace(
             item,
             code=self.code or item.code,
-            message=self.sentence.format(**words, said=item.message, fact=fact),
+            message=sentence.format(**words, said=item.message, fact=fact),
             column=item.column if self.place == "here" else match.start(self._group) + 1,
             edits=(*edits, *(replace(one, is_choice=True) for one in item.edits if self.keeps_edits)),
             settled_by=() if self.code else item.settled_by,
@@ -135,14 +136,15 @@ _KEYWORD: Final = r"[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN|DO|E
 _OF_NAME: Final = r"[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN)(?![A-Z]))"
 _BESIDE: Final = "{right} may be meant, whose key is beside"
 _JOINED: Final = "{wrong}: blanks mean nothing in a number, so that this is "
-#: Key by key: the first row that fits says what is meant.
+_LESS_BEHIND: Final = _compile(r"#([A-Z_])<(\w{0,40})>")
+#: The first row that fits says what is meant.
 _SLIPS: Final = (
     # labels and names of RS274/NGC
     _Slip(
         "VP001 VP023",
         _compile(rf"{_LINE}(?P<wrong>O(?P<label>O\d{{1,8}})){_KEYWORD}"),
         (r"\g<label>",),
-        "{wrong}: the letter is there twice; did you mean {right}?",
+        "the letter is there twice",
         "line",
         code="VP001",
     ),
@@ -150,7 +152,7 @@ _SLIPS: Final = (
         "VP001 VP023",
         _compile(rf"{_LINE}(?P<wrong>O(?=\d*[EOPLQRTUWY])[\dEOPLQRTUWY]{{1,9}}){_KEYWORD}"),
         (lambda match: match["wrong"][0] + match["wrong"][1:].upper().translate(DIGITS_OF_KEYS),),
-        "{wrong}: a letter in a number; did you mean {right}?",
+        "a letter in a number",
         "line",
         code="VP001",
     ),
@@ -158,7 +160,7 @@ _SLIPS: Final = (
         "VP001 VP023",
         _compile(rf"{_LINE}(?P<wrong>(?P<digit>\d)(?P<o>O)(?P<rest>\d{{1,9}})){_KEYWORD}"),
         (r"\g<o>\g<digit>\g<rest>",),
-        "{wrong}: a digit before its letter; did you mean {right}?",
+        "a digit before its letter",
         "line",
         code="VP001",
     ),
@@ -166,7 +168,7 @@ _SLIPS: Final = (
         "VP001 VP023",
         _compile(rf"{_LINE}(?P<wrong>[IKLP](?P<rest><[^<>]*>|\d{{1,9}}(?=[ \t]+[A-Z]{{2}}))){_KEYWORD}"),
         (r"o\g<rest>",),
-        "{wrong}: a label begins with O; did you mean {right}?",
+        "a label begins with O",
         "line",
         code="VP001",
     ),
@@ -174,14 +176,14 @@ _SLIPS: Final = (
         "VP001",
         _compile(rf"{_LINE}(?P<wrong>O(?P<name>[A-Z_]\w{{0,40}})>){_OF_NAME}"),
         (r"o<\g<name>>",),
-        "{wrong}: the < of the name is missing; did you mean {right}?",
+        "the < of the name is missing",
         "line",
     ),
     _Slip(
         "VP001",
         _compile(rf"{_LINE}(?P<wrong><O(?P<name>[A-Z_]\w{{0,40}})>){_OF_NAME}"),
         (r"o<\g<name>>",),
-        "{wrong}: the < of the name is before the o; did you mean {right}?",
+        "the < of the name is before the o",
         "line",
         lambda case: case.names(r"o<\g<name>>") and not case.names(r"o\g<wrong>"),
     ),
@@ -190,38 +192,21 @@ _SLIPS: Final = (
         "VP001",
         _compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])"),
         (r"\1-\2\3",),
-        "{wrong}: the sign after a digit; did you mean {right}?",
+        "the sign after a digit",
         "around",
     ),
     _Slip(
         "VP001",
-        _compile(r"#([A-Z_])<(\w{0,40})>"),
+        _LESS_BEHIND,
         (r"#<\2>",),
-        "{wrong}: a letter before the <; did you mean {right}?",
+        "a letter before the <",
         "around",
         lambda case: case.names(r"#<\2>") and case.follows_word(),
     ),
+    _Slip("VP001", _LESS_BEHIND, (r"\1#<\2>",), "the # before its letter", "around", lambda case: case.names(r"#<\2>")),
+    _Slip("VP001", _LESS_BEHIND, (r"#<\1\2>",), "the < after a letter", "around"),
     _Slip(
-        "VP001",
-        _compile(r"#([A-Z_])<(\w{0,40})>"),
-        (r"\1#<\2>",),
-        "{wrong}: the # before its letter; did you mean {right}?",
-        "around",
-        lambda case: case.names(r"#<\2>"),
-    ),
-    _Slip(
-        "VP001",
-        _compile(r"#([A-Z_])<(\w{0,40})>"),
-        (r"#<\1\2>",),
-        "{wrong}: the < after a letter; did you mean {right}?",
-        "around",
-    ),
-    _Slip(
-        "VP001",
-        _compile(r"[ \t]*(?P<wrong><[^<>=]+>)[ \t]*="),
-        (r"#\g<wrong>",),
-        "{wrong}: a name without # before it; did you mean {right}?",
-        "line",
+        "VP001", _compile(r"[ \t]*(?P<wrong><[^<>=]+>)[ \t]*="), (r"#\g<wrong>",), "a name without # before it", "line"
     ),
     # a word without its letter, its M or its point
     _Slip(
@@ -242,7 +227,7 @@ _SLIPS: Final = (
         "VP005 VP017",
         _compile(r"((?<![A-Z_#<])[XYZ][-+]?\d{1,9}),[ \t]*([RC]\d{0,9}\.?\d{0,9})"),
         (r"\1. \2",),
-        "{wrong}: a comma in place of the point; did you mean {right}?",
+        "a comma in place of the point",
         "any",
         lambda case: re.match(r",[RC] must follow|G\d\d needs R,", case.item.message) is not None,
         code="VP001",
@@ -298,7 +283,7 @@ _SLIPS: Final = (
         "VP006",
         _compile(r"[ \t]*(?P<wrong>[IKL](?P<number>\d{2,9}))[ \t]*(?:\(|$)"),
         (r"O\g<number>",),
-        "{wrong}: nothing in the block uses it; did you mean {right}?",
+        "nothing in the block uses it",
         "line",
         lambda case: case.begins(_BEFORE_HEAD, -1),
         code="VP006",
