@@ -71,7 +71,7 @@ def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
         own = _drop_consequences(own, whole)
         # what is left of a stock at that time follows from the lines before
         found = [item for item in found if item.code != "VP216"]
-        found += [item for item in whole if item.code == "VP216" and item.covers(line)]
+        found += [item for item in whole if item.code == "VP216" and item.has_line(line)]
     return sort_findings([*own, *found])
 
 

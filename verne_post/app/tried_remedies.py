@@ -491,7 +491,7 @@ def find_end_before_contact(source: Text, program: Program, line: Line) -> str |
         except InputError:
             return None
         left = (item for item in found if item.severity == "error")
-        if not any(item.covers(line.number) for item in left):
+        if not any(item.has_line(line.number) for item in left):
             return f"the line ended elsewhere: {'XYZ'[axis]} {format_number(then)} in place of {word[2]} {unit}"
     return None
 

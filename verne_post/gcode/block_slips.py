@@ -55,7 +55,7 @@ class _Case(NamedTuple):
     item: Finding
     match: re.Match[str]
 
-    def begins(self, pattern: re.Pattern[bytes], step: int) -> bool:
+    def has_beside(self, pattern: re.Pattern[bytes], step: int) -> bool:
         """Whether a line before (-1) or behind (1) that of the error begins so."""
         line = (self.item.line or 1) + step
         raw = take_line(self.source, line) if line else None
@@ -135,7 +135,7 @@ _LINE: Final = r"[ \t]*(?:N\d+[ \t]*)?"
 _KEYWORD: Final = r"[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN|DO|ELSE(?:IF)?|BREAK|CONTINUE)(?![A-Z]))"
 _OF_NAME: Final = r"[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN)(?![A-Z]))"
 _BESIDE: Final = "{right} may be meant, whose key is beside"
-_JOINED: Final = "{wrong}: blanks mean nothing in a number, so that this is "
+_NO_BLANKS: Final = "{wrong}: blanks mean nothing in a number, so that this is "
 _LESS_BEHIND: Final = _compile(r"#([A-Z_])<(\w{0,40})>")
 #: The first row that fits says what is meant.
 _SLIPS: Final = (
@@ -213,14 +213,14 @@ _SLIPS: Final = (
         "VP025",
         _compile(r"#(?P<variable>\d{1,3})[ \t]+(?P<number>\d{1,6}(?:\.\d{0,6})?)(?![\w.])"),
         tuple(rf"#\g<variable> {letter}\g<number>" for letter in "FXYZ"),
-        f"{_JOINED}#{{variable}}{{number}}; {{number}} may lack its letter, such as F{{number}}",
+        f"{_NO_BLANKS}#{{variable}}{{number}}; {{number}} may lack its letter, such as F{{number}}",
         code="VP001",
     ),
     _Slip(
         "VP012",
         _compile(r"(?P<tool>T\d{1,4})[ \t]+(?P<code>0?6)(?![\d.])"),
         (r"\g<tool> M\g<code>",),
-        f"{_JOINED}{{tool}}{{code}}; {{right}} may be meant",
+        f"{_NO_BLANKS}{{tool}}{{code}}; {{right}} may be meant",
         code="VP001",
     ),
     _Slip(
@@ -270,7 +270,7 @@ _SLIPS: Final = (
         ("M99",),
         "{wrong}: no meaning in this language; {right}, the end of a subprogram, may be meant",
         "line",
-        lambda case: case.begins(_NEXT_HEAD, 1),
+        lambda case: case.has_beside(_NEXT_HEAD, 1),
         dialects=("fanuc",),
     ),
     _Slip(
@@ -285,7 +285,7 @@ _SLIPS: Final = (
         (r"O\g<number>",),
         "nothing in the block uses it",
         "line",
-        lambda case: case.begins(_BEFORE_HEAD, -1),
+        lambda case: case.has_beside(_BEFORE_HEAD, -1),
         code="VP006",
         dialects=("fanuc",),
     ),

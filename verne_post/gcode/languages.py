@@ -115,7 +115,7 @@ def find_other_language(
             continue
         for match in re.finditer(language.sign, head, re.MULTILINE | re.IGNORECASE):
             line = head.count(b"\n", 0, match.start()) + 1
-            if match.start() == 0 or any(item.covers(line) for item in errors):
+            if match.start() == 0 or any(item.has_line(line) for item in errors):
                 break
         else:
             continue
@@ -136,7 +136,7 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known_words: Col
     unreadable = [item for item in errors if item.code in _UNREADABLE and item.line]
     lines = [(number, line) for number, line in enumerate(head.split(b"\n"), 1) if line.strip()]
     lines_with_words = sum(_WORD.search(_COMMENT.sub(b"", line)) is not None for _number, line in lines)
-    wrong = sum(any(item.covers(number) for item in unreadable) for number, _line in lines)
+    wrong = sum(any(item.has_line(number) for item in unreadable) for number, _line in lines)
     if not unreadable or lines_with_words > _FEW * len(lines) or 2 * wrong <= len(lines):
         return None
     first = min(item.line or 0 for item in unreadable)

@@ -160,7 +160,7 @@ class Finding:
 
     __repr__ = _list_given
 
-    def covers(self, line: int) -> bool:
+    def has_line(self, line: int) -> bool:
         """Whether a line is one of its stretch, from its first line to its last."""
         return (self.line or 0) <= line <= (self.last_line or 0)
 
