@@ -74,7 +74,7 @@ class _Case(NamedTuple):
 
 
 class _Slip(NamedTuple):
-    """A row of the table: the word that is looked for in the line of an error, what is meant and what is said of it."""
+    """A row of the table: the word that is looked for in the line of an error, what is meant and the message."""
 
     codes: str  #: Of the errors.
     #: The wrong word, or its group ``wrong``. It is looked for at the column of the error, from the beginning of the
@@ -82,8 +82,8 @@ class _Slip(NamedTuple):
     pattern: re.Pattern[str]
     #: Templates of the match.
     rights: tuple[str | Callable[[re.Match[str]], str], ...]
-    #: What is wrong, where no other word can be meant; else, for a choice, all that is said, with the groups of the
-    #: pattern, {wrong}, {right}, and the message of the error: {said}, or {fact} without what it suggests.
+    #: What is wrong, where no other word can be meant; else, for a choice, the whole message, with the groups of the
+    #: pattern, {wrong}, {right}, and that of the error: {message}, or {fact} without what it suggests.
     sentence: str
     place: Literal["here", "line", "around", "any"] = "here"
     applies: Callable[[_Case], bool] = lambda case: True
@@ -122,7 +122,7 @@ class _Slip(NamedTuple):
         return replace(
             item,
             code=self.code or item.code,
-            message=sentence.format(**words, said=item.message, fact=fact),
+            message=sentence.format(**words, message=item.message, fact=fact),
             column=item.column if self.place == "here" else match.start(self._group) + 1,
             edits=(*edits, *(replace(one, is_choice=True) for one in item.edits if self.keeps_edits)),
             settled_by=() if self.code else item.settled_by,
@@ -237,7 +237,7 @@ _SLIPS: Final = (
         "VP006",
         _compile(r"E(\d{1,3})(?![\d.])"),
         (r"D\1",),
-        f"{{said}}; {_BESIDE}",
+        f"{{message}}; {_BESIDE}",
         applies=lambda case: case.has(r"G4[12](?![\d.])"),
     ),
     _Slip(
@@ -252,7 +252,7 @@ _SLIPS: Final = (
         "VP012",  # G codes that stand beside axes as a rule
         _compile(r"T(4[0139]|49|80|9[01])(?![\d.])"),
         (r"G\1",),
-        f"{{wrong}}: {_BESIDE}; as it stands: {{said}}",
+        f"{{wrong}}: {_BESIDE}; as it stands: {{message}}",
         applies=lambda case: not _CHANGE_OR_NO_AXIS.match(case.text),
         keeps_edits=True,
     ),
@@ -260,7 +260,7 @@ _SLIPS: Final = (
         "VP017",
         _compile(r"(?<![A-Z_#<])H(0*[0-3])(?![\d.])"),
         (r"G\1",),
-        f"{{wrong}}: {_BESIDE}; as it stands: {{said}}",
+        f"{{wrong}}: {_BESIDE}; as it stands: {{message}}",
         "any",
         lambda case: any(one.value == "G40" for one in case.item.edits) and not case.has(r"G[ \t]*0*4[39]"),
     ),

@@ -160,10 +160,6 @@ class Finding:
 
     __repr__ = _list_given
 
-    def has_line(self, line: int) -> bool:
-        """Whether a line is one of its stretch, from its first line to its last."""
-        return (self.line or 0) <= line <= (self.last_line or 0)
-
     def __str__(self) -> str:
         """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
         name = "" if self.file is None else self.file if self.file_line is None else f"{self.file}:{self.file_line}"
@@ -210,6 +206,11 @@ def describe(item: Finding) -> str:
     elif item.count > 1 and item.code == "VP301":
         text += f" ({f'{name_lines(item)}, ' if item.lines else ''}{item.count} moves)"
     return text
+
+
+def has_line(item: Finding, line: int) -> bool:
+    """Whether a line is one of the stretch of a finding, from its first line to its last."""
+    return (item.line or 0) <= line <= (item.last_line or 0)
 
 
 #: So many stretches of the lines of a finding are named.
