@@ -266,7 +266,7 @@ _SLIPS: Final = (
     ),
     _Slip(
         "VP002",
-        _compile(rf"{_LINE}(?P<wrong>M89)[ \t]*\Z"),
+        _compile(rf"{_LINE}(?P<wrong>(?-i:M89))[ \t]*\Z"),
         ("M99",),
         "{wrong}: no meaning in this language; {right}, the end of a subprogram, may be meant",
         "line",
