@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from verne_post.gcode.known_words import describe_word, list_words
-from verne_post.gcode.pasted_line import UnreadWord, describe_pasted
+from verne_post.gcode.line_words import UnreadWord
+from verne_post.gcode.pasted_line import describe_pasted
 from verne_post.gcode.siemens import vocabulary as siemens
 
 _NUMBERED = re.compile(r"([GM]|FN |CYCL DEF )(\d+(?:\.\d+)?)")

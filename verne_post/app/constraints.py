@@ -12,7 +12,7 @@ from verne_post.app.result import Progress
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.model.findings import OF_SET_UP, Finding
+from verne_post.model.findings import OF_SET_UP, Finding, has_line
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
 
@@ -72,7 +72,7 @@ def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
         own = _drop_consequences(own, whole)
         # what is left of a stock at that time follows from the lines before
         found = [item for item in found if item.code != "VP216"]
-        found += [item for item in whole if item.code == "VP216" and (item.line or 0) <= line <= (item.last_line or 0)]
+        found += [item for item in whole if item.code == "VP216" and has_line(item, line)]
     return sort_findings([*own, *found])
 
 

@@ -19,7 +19,8 @@ from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.pasted_line import Word, find_cycle_call, find_given_values
+from verne_post.gcode.line_words import Word
+from verne_post.gcode.pasted_line import find_cycle_call, find_given_values
 from verne_post.model.findings import Finding, InputError, Remedy, join_lines
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.part_setup import describe_tool_number

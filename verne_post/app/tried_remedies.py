@@ -49,7 +49,7 @@ from verne_post.kinematics.checks.remedies import (
     select_line,
 )
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, InputError, Remedy, make_finding
+from verne_post.model.findings import Finding, InputError, Remedy, has_line, make_finding
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
@@ -509,7 +509,7 @@ def find_end_before_contact(source: Text, program: Program, line: Line) -> str |
         except InputError:
             return None
         left = (item for item in found if item.severity == "error")
-        if not any((item.line or 0) <= line.number <= (item.last_line or 0) for item in left):
+        if not any(has_line(item, line.number) for item in left):
             return f"the line ended elsewhere: {'XYZ'[axis]} {format_number(then)} in place of {word[2]} {unit}"
     return None
 

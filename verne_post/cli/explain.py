@@ -85,7 +85,8 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
         raise click.UsageError(f"{what}: {number!r} is no line number; such as {spell(name)}")
     if not colon or not is_count(number):
         from verne_post.gcode.known_words import describe_word, find_near_word, name_axes
-        from verne_post.gcode.pasted_line import UnreadWord, describe_pasted
+        from verne_post.gcode.line_words import UnreadWord
+        from verne_post.gcode.pasted_line import describe_pasted
 
         if code := re.fullmatch(r"(?i)VP(\d+)", what):
             raise click.UsageError(_refuse_code(what.upper(), code[1], CODES))

@@ -2,9 +2,10 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Final
+from functools import partial
+from typing import Final, Literal, NamedTuple
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
@@ -24,37 +25,12 @@ from verne_post.model.findings import Finding, Remedy
 #: Characters of a line that are looked at on both sides of a column.
 _LONGEST: Final = 40
 _LONGEST_NAME: Final = 90
-#: The label of an O word with a letter in its number, its O one place too far, or a key beside O.
-_LABEL: Final = re.compile(
-    r"[ \t]*(?:N\d+[ \t]*)?"
-    r"(O(?=\d*[EOPLQRTUWY])[\dEOPLQRTUWY]{1,9}|\dO\d{1,9}|[IKLP](?:<[^<>]*>|\d{1,9}(?=[ \t]+[A-Z]{2})))[ \t]*"
-    r"(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN|DO|ELSE(?:IF)?|BREAK|CONTINUE)(?![A-Z]))",
-    re.IGNORECASE,
-)
-#: A name between an O word and its keyword whose < is one place too far, or missing.
-_NAME_OF_LABEL: Final = re.compile(
-    r"[ \t]*(?:N\d+[ \t]*)?(<?O([A-Z_]\w{0,40})>)[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN)(?![A-Z]))",
-    re.IGNORECASE,
-)
 #: A word with a letter in its number whose key is beside that of a digit.
 _LETTER_OF_DIGIT: Final = re.compile(
     r"(?<![A-Z_#<])([A-FH-LNQ-Z][-+]?)(\d{0,9}\.?\d{0,9})([EPQRTUW])(\d{0,9}\.?\d{0,9})(?![\w#\[<.])", re.IGNORECASE
 )
 _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\r]*$", re.IGNORECASE)
-#: T beside axes in place of G, whose key is beside: codes that stand there as a rule.
-_T_FOR_G: Final = re.compile(r"T(4[0139]|49|80|9[01])(?![\d.])", re.IGNORECASE)
-#: T and a number with a point, in place of Y, whose key is beside; a word of Y.
-_T_FOR_Y: Final = re.compile(r"T(\d{1,4}\.\d{0,4})(?![\d.])", re.IGNORECASE)
-_Y: Final = re.compile(r"(?<![A-Z_#<])Y[ \t]*[-+.\d#\[]", re.IGNORECASE)
-#: What is said of a corner where none can be, or of a cycle whose R is taken for one; the column is none of it.
-_LIKE_COMMA: Final = re.compile(r",[RC] must follow|G\d\d needs R,")
-#: A whole number and a comma that stands for its point, before a word that would be the corner of a contour.
-_COMMA: Final = re.compile(r"((?<![A-Z_#<])[XYZ][-+]?\d{1,9}),[ \t]*([RC]\d{0,9}\.?\d{0,9})", re.IGNORECASE)
 _CHANGE_OR_NO_AXIS: Final = re.compile(r"[^(]*M0*6(?!\d)|[^(XYZAC]*(?:\(|$)", re.IGNORECASE)
-#: A tool, and a 6 that has lost its M.
-_CHANGE_WITHOUT_M: Final = re.compile(r"(T\d{1,4})[ \t]+(0?6)(?![\d.])", re.IGNORECASE)
-#: A variable, and a number behind a blank.
-_NUMBER_BEHIND: Final = re.compile(r"#(\d{1,3})[ \t]+(\d{1,6}(?:\.\d{0,6})?)(?![\w.])")
 #: An M code without its zeros, and what M6 and M30 become by a key that is struck twice or beside.
 _FUNCTION: Final = re.compile(r"M0*(\d{2,3})(?!\d)", re.IGNORECASE)
 _LIKE_CHANGE: Final = ("66", "56", "65", "67", "76")
@@ -63,147 +39,274 @@ _WITH_T: Final = re.compile(r"(?<![A-Z_#<])T[ \t]*[\d=#]", re.IGNORECASE)
 _FUNCTIONS_ALONE: Final = re.compile(r"[ \t/]*(?:N?\d+[ \t]*)?(?:M\d+[ \t]*)+(?:[;(].*)?\r?", re.IGNORECASE)
 _NEXT_PROGRAM: Final = re.compile(rb"\s*(?:%|O[ \t]*\d|\d*[ \t]*END[ \t]+PGM)", re.IGNORECASE)
 _BLANK_LINES: Final = 5
-_SIGN_BEHIND: Final = re.compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])", re.IGNORECASE)
-_LESS_BEHIND: Final = re.compile(r"#([A-Z_])<(\w{0,40})>", re.IGNORECASE)
-_BARE_NAME: Final = re.compile(r"[ \t]*(<[^<>=]+>)[ \t]*=")
 #: A variable, and one that is given a value; two names that only tell two axes apart are no slip of each other.
 _VARIABLE: Final = re.compile(rb"#(?:<[^<>\n]{1,80}>|\d{1,5}(?!\d))")
 _SET: Final = re.compile(_VARIABLE.pattern + rb"(?=[ \t]*=(?!=))")
 _OF_AXIS: Final = re.compile(r"_[a-cu-z]>", re.IGNORECASE)
-#: A program number with the key beside O; what ends a program or stands before the first.
-_HEAD: Final = re.compile(r"[ \t]*([IKLP](\d{2,9}))[ \t]*(?:\(|$)", re.IGNORECASE)
+_NEXT_HEAD: Final = re.compile(rb"[ \t]*(?:O[ \t]*\d|%)")
 _BEFORE_HEAD: Final = re.compile(rb"\s*(?:%|(?:N\s*\d+\s*)?M\s*0*(?:2|30|99)\b)", re.IGNORECASE)
-_LENGTH_OR_MOVE: Final = re.compile(r"(?<![A-Z_#<])(H0*([0-3]))(?![\d.])", re.IGNORECASE)
-#: E beside G41 or G42, whose D has the key beside.
-_EDGE: Final = re.compile(r"E(\d{1,3})(?![\d.])", re.IGNORECASE)
-_OF_CONTOUR: Final = re.compile(r"G4[12](?![\d.])", re.IGNORECASE)
-_CALL_SWAPPED: Final = re.compile(r"M89(?=[ \t]*P[ \t]*\d)", re.IGNORECASE)
+
+
+class _Case(NamedTuple):
+    """An error, and what a row of the table fits in its line."""
+
+    source: Text
+    text: str
+    item: Finding
+    match: re.Match[str]
+
+    def has_beside(self, pattern: re.Pattern[bytes], step: int) -> bool:
+        """Whether a line before (-1) or behind (1) that of the error begins so."""
+        line = (self.item.line or 1) + step
+        raw = take_line(self.source, line) if line else None
+        return raw is not None and pattern.match(raw) is not None
+
+    def names(self, template: str) -> bool:
+        """Whether the program has such a name."""
+        return bool(count_name(self.source, self.match.expand(template)))
+
+    def has(self, pattern: str) -> bool:
+        return re.search(pattern, self.text, re.IGNORECASE) is not None
+
+    def follows_word(self) -> bool:
+        """Whether the match stands behind a letter or an operator, where no word begins."""
+        return re.search(r"[A-Z\[=+*/-]$", self.text[: self.match.start()].rstrip(), re.IGNORECASE) is not None
+
+
+class _Slip(NamedTuple):
+    """A row of the table: the word that is looked for in the line of an error, what is meant and the message."""
+
+    codes: str  #: Of the errors.
+    #: The wrong word, or its group ``wrong``. It is looked for at the column of the error, from the beginning of the
+    #: line ("line") or about that column ("around"), where it has the column, or in the whole line ("any").
+    pattern: re.Pattern[str]
+    #: Templates of the match.
+    rights: tuple[str | Callable[[re.Match[str]], str], ...]
+    #: What is wrong, where no other word can be meant; else, for a choice, the whole message, with the groups of the
+    #: pattern, {wrong}, {right}, and that of the error: {message}, or {fact} without what it suggests.
+    sentence: str
+    place: Literal["here", "line", "around", "any"] = "here"
+    applies: Callable[[_Case], bool] = lambda case: True
+    code: str = ""  #: Of the finding, where another mistake is the cause.
+    dialects: tuple[str, ...] = ("", "rs274", "fanuc")
+    keeps_edits: bool = False  #: Those of the error are choices too.
+
+    def find(self, text: str, item: Finding, dialect: str) -> re.Match[str] | None:
+        """The match in a line; None where the row does not fit."""
+        if item.code not in self.codes or dialect not in self.dialects:
+            return None
+        at = (item.column or 1) - 1
+        if self.place == "here":
+            return self.pattern.match(text, at)
+        if self.place == "any":
+            return self.pattern.search(remove_remarks(text, dialect))
+        near = self.pattern.finditer(text, max(at - _LONGEST, 0), at + _LONGEST)
+        found = [self.pattern.match(text)] if self.place == "line" else near
+        return next((one for one in found if one and _is_at(one, item, self._group)), None)
+
+    @property
+    def _group(self) -> str | int:
+        return "wrong" if "wrong" in self.pattern.groupindex else 0
+
+    def explain(self, item: Finding, match: re.Match[str]) -> Finding:
+        """The finding of the slip, with the edits that settle it."""
+        wrong, rights = (
+            match[self._group],
+            [match.expand(one) if isinstance(one, str) else one(match) for one in self.rights],
+        )
+        words = {**match.groupdict(), "wrong": wrong, "right": rights[0]}
+        fact = item.message.split("; did you mean ")[0]
+        is_choice = "{" in self.sentence
+        sentence = self.sentence if is_choice else f"{{wrong}}: {self.sentence}; did you mean {{right}}?"
+        edits = write_words(wrong, *rights, line=item.line or 0, is_choice=is_choice)
+        return replace(
+            item,
+            code=self.code or item.code,
+            message=sentence.format(**words, message=item.message, fact=fact),
+            column=item.column if self.place == "here" else match.start(self._group) + 1,
+            edits=(*edits, *(replace(one, is_choice=True) for one in item.edits if self.keeps_edits)),
+            settled_by=() if self.code else item.settled_by,
+        )
+
+
+_compile: Final = partial(re.compile, flags=re.IGNORECASE)
+_LINE: Final = r"[ \t]*(?:N\d+[ \t]*)?"
+#: What follows a label, and a name of one.
+_KEYWORD: Final = r"[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN|DO|ELSE(?:IF)?|BREAK|CONTINUE)(?![A-Z]))"
+_OF_NAME: Final = r"[ \t]*(?=(?:(?:END)?(?:SUB|IF|WHILE|REPEAT)|CALL|RETURN)(?![A-Z]))"
+_BESIDE: Final = "{right} may be meant, whose key is beside"
+_NO_BLANKS: Final = "{wrong}: blanks mean nothing in a number, so that this is "
+_LESS_BEHIND: Final = _compile(r"#([A-Z_])<(\w{0,40})>")
+#: The first row that fits says what is meant.
+_SLIPS: Final = (
+    # labels and names of RS274/NGC
+    _Slip(
+        "VP001 VP023",
+        _compile(rf"{_LINE}(?P<wrong>O(?P<label>O\d{{1,8}})){_KEYWORD}"),
+        (r"\g<label>",),
+        "the letter is there twice",
+        "line",
+        code="VP001",
+    ),
+    _Slip(
+        "VP001 VP023",
+        _compile(rf"{_LINE}(?P<wrong>O(?=\d*[EOPLQRTUWY])[\dEOPLQRTUWY]{{1,9}}){_KEYWORD}"),
+        (lambda match: match["wrong"][0] + match["wrong"][1:].upper().translate(DIGITS_OF_KEYS),),
+        "a letter in a number",
+        "line",
+        code="VP001",
+    ),
+    _Slip(
+        "VP001 VP023",
+        _compile(rf"{_LINE}(?P<wrong>(?P<digit>\d)(?P<o>O)(?P<rest>\d{{1,9}})){_KEYWORD}"),
+        (r"\g<o>\g<digit>\g<rest>",),
+        "a digit before its letter",
+        "line",
+        code="VP001",
+    ),
+    _Slip(
+        "VP001 VP023",
+        _compile(rf"{_LINE}(?P<wrong>[IKLP](?P<rest><[^<>]*>|\d{{1,9}}(?=[ \t]+[A-Z]{{2}}))){_KEYWORD}"),
+        (r"o\g<rest>",),
+        "a label begins with O",
+        "line",
+        code="VP001",
+    ),
+    _Slip(
+        "VP001",
+        _compile(rf"{_LINE}(?P<wrong>O(?P<name>[A-Z_]\w{{0,40}})>){_OF_NAME}"),
+        (r"o<\g<name>>",),
+        "the < of the name is missing",
+        "line",
+    ),
+    _Slip(
+        "VP001",
+        _compile(rf"{_LINE}(?P<wrong><O(?P<name>[A-Z_]\w{{0,40}})>){_OF_NAME}"),
+        (r"o<\g<name>>",),
+        "the < of the name is before the o",
+        "line",
+        lambda case: case.names(r"o<\g<name>>") and not case.names(r"o\g<wrong>"),
+    ),
+    # characters in another order
+    _Slip(
+        "VP001",
+        _compile(r"(?<![A-Z_#<\d.])([A-Z])(\d)-(\.\d{1,9})(?![\w.])"),
+        (r"\1-\2\3",),
+        "the sign after a digit",
+        "around",
+    ),
+    _Slip(
+        "VP001",
+        _LESS_BEHIND,
+        (r"#<\2>",),
+        "a letter before the <",
+        "around",
+        lambda case: case.names(r"#<\2>") and case.follows_word(),
+    ),
+    _Slip("VP001", _LESS_BEHIND, (r"\1#<\2>",), "the # before its letter", "around", lambda case: case.names(r"#<\2>")),
+    _Slip("VP001", _LESS_BEHIND, (r"#<\1\2>",), "the < after a letter", "around"),
+    _Slip(
+        "VP001", _compile(r"[ \t]*(?P<wrong><[^<>=]+>)[ \t]*="), (r"#\g<wrong>",), "a name without # before it", "line"
+    ),
+    # a word without its letter, its M or its point
+    _Slip(
+        "VP025",
+        _compile(r"#(?P<variable>\d{1,3})[ \t]+(?P<number>\d{1,6}(?:\.\d{0,6})?)(?![\w.])"),
+        tuple(rf"#\g<variable> {letter}\g<number>" for letter in "FXYZ"),
+        f"{_NO_BLANKS}#{{variable}}{{number}}; {{number}} may lack its letter, such as F{{number}}",
+        code="VP001",
+    ),
+    _Slip(
+        "VP012",
+        _compile(r"(?P<tool>T\d{1,4})[ \t]+(?P<code>0?6)(?![\d.])"),
+        (r"\g<tool> M\g<code>",),
+        f"{_NO_BLANKS}{{tool}}{{code}}; {{right}} may be meant",
+        code="VP001",
+    ),
+    _Slip(
+        "VP005 VP017",
+        _compile(r"((?<![A-Z_#<])[XYZ][-+]?\d{1,9}),[ \t]*([RC]\d{0,9}\.?\d{0,9})"),
+        (r"\1. \2",),
+        "a comma in place of the point",
+        "any",
+        lambda case: re.match(r",[RC] must follow|G\d\d needs R,", case.item.message) is not None,
+        code="VP001",
+    ),
+    # the key beside
+    _Slip(
+        "VP006",
+        _compile(r"E(\d{1,3})(?![\d.])"),
+        (r"D\1",),
+        f"{{message}}; {_BESIDE}",
+        applies=lambda case: case.has(r"G4[12](?![\d.])"),
+    ),
+    _Slip(
+        "VP012",
+        _compile(r"T(\d{1,4}\.\d{0,4})(?![\d.])"),
+        (r"Y\1",),
+        f"{{wrong}}: {_BESIDE}; as it stands: {{fact}}",
+        applies=lambda case: not case.has(r"(?<![A-Z_#<])Y[ \t]*[-+.\d#\[]"),
+        keeps_edits=True,
+    ),
+    _Slip(
+        "VP012",  # G codes that stand beside axes as a rule
+        _compile(r"T(4[0139]|49|80|9[01])(?![\d.])"),
+        (r"G\1",),
+        f"{{wrong}}: {_BESIDE}; as it stands: {{message}}",
+        applies=lambda case: not _CHANGE_OR_NO_AXIS.match(case.text),
+        keeps_edits=True,
+    ),
+    _Slip(
+        "VP017",
+        _compile(r"(?<![A-Z_#<])H(0*[0-3])(?![\d.])"),
+        (r"G\1",),
+        f"{{wrong}}: {_BESIDE}; as it stands: {{message}}",
+        "any",
+        lambda case: any(one.value == "G40" for one in case.item.edits) and not case.has(r"G[ \t]*0*4[39]"),
+    ),
+    _Slip(
+        "VP002",
+        _compile(rf"{_LINE}(?P<wrong>(?-i:M89))[ \t]*\Z"),
+        ("M99",),
+        "{wrong}: no meaning in this language; {right}, the end of a subprogram, may be meant",
+        "line",
+        lambda case: case.has_beside(_NEXT_HEAD, 1),
+        dialects=("fanuc",),
+    ),
+    _Slip(
+        "VP002",
+        _compile(r"M89(?=[ \t]*P[ \t]*\d)"),
+        ("M98",),
+        "{wrong}: no meaning in this language; {right}, which calls P may be meant",
+    ),
+    _Slip(
+        "VP006",
+        _compile(r"[ \t]*(?P<wrong>[IKL](?P<number>\d{2,9}))[ \t]*(?:\(|$)"),
+        (r"O\g<number>",),
+        "nothing in the block uses it",
+        "line",
+        lambda case: case.has_beside(_BEFORE_HEAD, -1),
+        code="VP006",
+        dialects=("fanuc",),
+    ),
+)
 
 
 def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Finding | None:
     """What a slip in the line of an error is, and the edits that settle it; None where it is none of these."""
-    if item.code in ("VP001", "VP023") and (match := _LABEL.match(text)) and _is_at(match, item, 1):
-        wrong = match[1]
-        right, what = f"{wrong[0]}{wrong[1:].upper().translate(DIGITS_OF_KEYS)}", "a letter in a number"
-        if wrong[1:2] in "Oo" and wrong[0] in "Oo" and wrong[2:].isdecimal():
-            right, what = wrong[1:], "the letter is there twice"
-        if wrong[1] in "Oo" and wrong[0].isdigit():
-            right, what = f"{wrong[1]}{wrong[0]}{wrong[2:]}", "a digit before its letter"
-        elif wrong[0] not in "Oo":
-            right, what = f"o{wrong[1:]}", "a label begins with O"
-        message = f"{wrong}: {what}; did you mean {right}?"
-        return replace(item, code="VP001", message=message, column=match.start(1) + 1, edits=(), settled_by=())
-    if item.code == "VP001" and (match := _NAME_OF_LABEL.match(text)) and _is_at(match, item, 1):
-        wrong, right = match[1], f"o<{match[2]}>"
-        if wrong[0] != "<" or (count_name(source, right) and not count_name(source, f"o{wrong}")):
-            message = f"{wrong}: the < of the name is {'missing' if wrong[0] != '<' else 'before the o'}"
-            message += f"; did you mean {right}?"
-            return replace(item, message=message, column=match.start(1) + 1, edits=())
-    if item.code == "VP001" and (found := _find_written_so(source, text, item)):
-        wrong, right, column, what = found
-        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=wrong)
-        return replace(item, message=f"{wrong}: {what}; did you mean {right}?", column=column, edits=(edit,))
-    if item.code == "VP001" and (match := _BARE_NAME.match(text)) and _is_at(match, item, 1):
-        message = f"{match[1]}: a name without # before it; did you mean #{match[1]}?"
-        return replace(item, message=message, column=match.start(1) + 1)
+    for slip in _SLIPS:
+        match = slip.find(text, item, dialect)
+        if match is not None and slip.applies(_Case(source, text, item, match)):
+            return slip.explain(item, match)
     if item.code == "VP001" and text.strip() == "%":
         return replace(item, edits=(Remedy("take % out", misspelt="%", line=item.line or 0),))
-    if item.code == "VP006" and (match := _EDGE.match(text, (item.column or 1) - 1)) and _OF_CONTOUR.search(text):
-        right = f"D{match[1]}"
-        message = f"{item.message}; {right}{MAY_BE_MEANT}, whose key is beside"
-        return replace(item, message=message, edits=propose_words(item, match[0], [right]))
     is_useless_p = item.code == "VP006" and item.column is not None and text[item.column - 1 :][:1] in ("P", "p")
     if item.code == "VP001" or is_useless_p:
-        if item.message.endswith(MAY_BE_MEANT):
-            return None
-        return _find_letter_of_digit(text, item)
-    if item.code == "VP025" and (match := _NUMBER_BEHIND.match(text, (item.column or 1) - 1)):
-        rights = [f"#{match[1]} {letter}{match[2]}" for letter in ("F", "X", "Y", "Z")]
-        message = (
-            f"{match[0]}: blanks mean nothing in a number, so that this is #{match[1]}{match[2]}; {match[2]} may lack "
-            f"its letter, such as F{match[2]}"
-        )
-        edits = propose_words(item, match[0], rights)
-        return replace(item, code="VP001", message=message, edits=edits, settled_by=())
-    if item.code == "VP012" and (match := _CHANGE_WITHOUT_M.match(text, (item.column or 1) - 1)):
-        right = f"{match[1]} M{match[2]}"
-        message = f"{match[0]}: blanks mean nothing in a number, so that this is {match[1]}{match[2]}"
-        message += f"; {right}{MAY_BE_MEANT}"
-        edits = propose_words(item, match[0], [right])
-        return replace(item, code="VP001", message=message, edits=edits, settled_by=())
-    if item.code == "VP012" and (match := _T_FOR_Y.match(text, (item.column or 1) - 1)) and not _Y.search(text):
-        right = f"Y{match[1]}"
-        message = f"{match[0]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}"
-        message = message.split("; did you mean ")[0]  # another tool
-        others = (replace(one, is_choice=True) for one in item.edits)
-        return replace(item, message=message, edits=(*propose_words(item, match[0], [right]), *others))
-    if _LIKE_COMMA.match(item.message) and (match := _COMMA.search(text)):
-        right = f"{match[1]}. {match[2]}"
-        message = f"{match[0]}: a comma in place of the point; did you mean {right}?"
-        edit = Remedy(f"write {right}", right, line=item.line or 0, misspelt=match[0])
-        return replace(item, code="VP001", message=message, column=match.start() + 1, edits=(edit,))
-    if item.code == "VP012" and (match := _T_FOR_G.match(text, (item.column or 1) - 1)):
-        if _CHANGE_OR_NO_AXIS.match(text):
-            return None
-        right = f"G{match[1]}"
-        edits = propose_words(item, match[0], [right])
-        others = (replace(one, is_choice=True) for one in item.edits)
-        return replace(
-            item,
-            message=f"{match[0]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}",
-            edits=(*edits, *others),
-        )
+        return None if item.message.endswith(MAY_BE_MEANT) else _find_letter_of_digit(text, item)
     if item.code == "VP025" and (unset := _VARIABLE.match(text[(item.column or 1) - 1 :][:_LONGEST_NAME].encode())):
         return _find_misspelt_setting(source, item, unset[0].decode())
     if item.code == "VP024" and any((one.value, one.way) == ("M30", "before") for one in item.edits):
         return _find_mistyped_end(source, item, dialect)
-    if (
-        item.code == "VP002"
-        and (match := re.fullmatch(r"[ \t]*(?:N\d+[ \t]*)?(M89)[ \t]*", text))
-        and dialect == "fanuc"
-    ):
-        after = take_line(source, (item.line or 0) + 1)
-        if after is None or not re.match(rb"[ \t]*(?:O[ \t]*\d|%)", after):
-            return None
-        edit = Remedy("write M99", "M99", line=item.line or 0, misspelt="M89", is_choice=True)
-        message = f"M89: no meaning in this language; M99, the end of a subprogram, {MAY_BE_MEANT.strip()}"
-        return replace(item, message=message, edits=(edit,))
-    if item.code == "VP006" and dialect == "fanuc" and (match := _HEAD.match(text)) and _is_at(match, item, 1):
-        before = take_line(source, (item.line or 1) - 1) if (item.line or 1) > 1 else None
-        if before is None or not _BEFORE_HEAD.match(before):
-            return None
-        message = f"{match[1]}: nothing in the block uses it; did you mean O{match[2]}?"
-        return replace(item, message=message, edits=(), settled_by=())
-    if item.code == "VP017" and any(one.value == "G40" for one in item.edits):
-        match = _LENGTH_OR_MOVE.search(remove_remarks(text, dialect))
-        if match is None or re.search(r"G[ \t]*0*4[39]", text, re.IGNORECASE):
-            return None
-        right = f"G{match[1][1:]}"
-        edits = propose_words(item, match[1], [right])
-        message = f"{match[1]}: {right}{MAY_BE_MEANT}, whose key is beside; as it stands: {item.message}"
-        return replace(item, message=message, column=match.start(1) + 1, edits=edits)
-    if item.code == "VP002" and item.column and (match := _CALL_SWAPPED.match(text, item.column - 1)):
-        edit = Remedy("write M98", "M98", line=item.line or 0, misspelt=match[0], is_choice=True)
-        message = f"{match[0]}: no meaning in this language; M98, which calls P{MAY_BE_MEANT}"
-        return replace(item, message=message, edits=(edit,))
-    return None
-
-
-def _find_written_so(source: Text, text: str, item: Finding) -> tuple[str, str, int, str] | None:
-    """What is written and meant, the column and the cause: a sign or < is one place too far."""
-    at = (item.column or 1) - 1
-    begin, end = max(at - _LONGEST, 0), at + _LONGEST
-    for pattern, right, what in (
-        (_SIGN_BEHIND, r"\1-\2\3", "the sign after a digit"),
-        (_LESS_BEHIND, r"#<\1\2>", "the < after a letter"),
-    ):
-        for match in pattern.finditer(text, begin, end):
-            if pattern is _LESS_BEHIND and count_name(source, f"#<{match[2]}>"):
-                right, what = r"\1#<\2>", "the # before its letter"
-                if re.search(r"[A-Z\[=+*/-]$", text[: match.start()].rstrip(), re.IGNORECASE):  # no word begins there
-                    right, what = r"#<\2>", "a letter before the <"
-            if _is_at(match, item):
-                return match[0], match.expand(right), match.start() + 1, what
     return None
 
 
@@ -269,7 +372,7 @@ def _find_mistyped_end(source: Text, item: Finding, dialect: str) -> Finding | N
     return replace(item, message=f"{item.message}, or in place of {wrong} in line {line}", edits=(edit, *others))
 
 
-def _is_at(match: re.Match[str], item: Finding, group: int = 0) -> bool:
+def _is_at(match: re.Match[str], item: Finding, group: str | int = 0) -> bool:
     """Whether a finding stands in a word."""
     return match.start(group) < (item.column or 0) <= match.end(group) + 1
 

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.base.printable import make_printable_in_place
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, has_line, make_finding
 
 #: Bytes from the beginning of a text that are searched.
 _SEARCHED_BYTES: Final = 1 << 16
@@ -115,7 +115,7 @@ def find_other_language(
             continue
         for match in re.finditer(language.sign, head, re.MULTILINE | re.IGNORECASE):
             line = head.count(b"\n", 0, match.start()) + 1
-            if match.start() == 0 or any((item.line or 0) <= line <= (item.last_line or 0) for item in errors):
+            if match.start() == 0 or any(has_line(item, line) for item in errors):
                 break
         else:
             continue
@@ -136,9 +136,7 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known_words: Col
     unreadable = [item for item in errors if item.code in _UNREADABLE and item.line]
     lines = [(number, line) for number, line in enumerate(head.split(b"\n"), 1) if line.strip()]
     lines_with_words = sum(_WORD.search(_COMMENT.sub(b"", line)) is not None for _number, line in lines)
-    wrong = sum(
-        any((item.line or 0) <= number <= (item.last_line or 0) for item in unreadable) for number, _line in lines
-    )
+    wrong = sum(any(has_line(item, number) for item in unreadable) for number, _line in lines)
     if not unreadable or lines_with_words > _FEW * len(lines) or 2 * wrong <= len(lines):
         return None
     first = min(item.line or 0 for item in unreadable)

@@ -208,6 +208,11 @@ def describe(item: Finding) -> str:
     return text
 
 
+def has_line(item: Finding, line: int) -> bool:
+    """Whether a line is one of the stretch of a finding, from its first line to its last."""
+    return (item.line or 0) <= line <= (item.last_line or 0)
+
+
 #: So many stretches of the lines of a finding are named.
 _NAMED_STRETCHES: Final = 6
 

@@ -15,9 +15,10 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.klartext.vocabulary import describe_parameter
 from verne_post.gcode.letters import BESIDE_MOTION, LETTERS, LETTERS_OF_KLARTEXT, OF_LETTERS
+from verne_post.gcode.line_words import Word
 from verne_post.gcode.machining.state import State, name_unit_of_speed
 from verne_post.gcode.parameters import POSITION
-from verne_post.gcode.pasted_line import Word, find_beside, find_words, list_codes
+from verne_post.gcode.pasted_line import find_beside, find_words, list_codes
 from verne_post.gcode.rs274.macro_variables import ENDS
 from verne_post.gcode.siemens.vocabulary import ADDRESSES
 from verne_post.model.machine import Machine

@@ -39,8 +39,9 @@ from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import describe_values, name_axes
+from verne_post.gcode.line_words import ARGUMENT
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.pasted_line import ARGUMENT, find_given_values, find_words
+from verne_post.gcode.pasted_line import find_given_values, find_words
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
