@@ -27,14 +27,25 @@ import typing as _typing
 
 if _typing.TYPE_CHECKING:
     from verne_post import gcode
-    from verne_post.api import Batch, Page, batch, check, convert, explain, fit, machined, make_report, verify
+    from verne_post.api import (
+        Batch,
+        Page,
+        batch,
+        check,
+        convert,
+        explain,
+        fit,
+        load_machine,
+        machined,
+        make_report,
+        read_settings,
+        verify,
+    )
     from verne_post.app.explain import Explanation
     from verne_post.app.result import Result, Setpoints
     from verne_post.cli.arithmetic import choose_kernels
-    from verne_post.config import load_machine
     from verne_post.config.machine_paths import list_machines
     from verne_post.config.settings import Settings
-    from verne_post.config.setup_values import read_settings
     from verne_post.model.findings import Finding, InputError, UsageError
     from verne_post.model.machine import Machine
     from verne_post.model.option_checks import work_offsets
@@ -83,9 +94,9 @@ _HOME = {
     "explain": "verne_post.api",
     "fit": "verne_post.api",
     "list_machines": "verne_post.config.machine_paths",
-    "load_machine": "verne_post.config",
+    "load_machine": "verne_post.api",
     "machined": "verne_post.api",
-    "read_settings": "verne_post.config.setup_values",
+    "read_settings": "verne_post.api",
     "make_report": "verne_post.api",
     "verify": "verne_post.api",
     "work_offsets": "verne_post.model.option_checks",
