@@ -68,6 +68,13 @@ def test_tables_of_words_are_those_of_the_program(name: str) -> None:
     text = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
     assert "<!-- words: " in text
     assert load_maker("make_words").refresh_page(text) == text, "run python docs/make_words.py"
+    cells = [
+        cell
+        for table in re.findall(r"<!-- words: .*?<!-- end", text, re.DOTALL)
+        for row in re.findall(r"^\|.*", table, re.MULTILINE)
+        for cell in row.split(" | ")
+    ]
+    assert [one for one in cells if "`; `" in one and len(one) > 150] == []  # several examples in one cell
 
 
 def test_rows_of_words_join_their_texts():
