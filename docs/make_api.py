@@ -43,17 +43,29 @@ used; where both name the same one, that of `options` counts. `setup="none"` ign
 `setup=Path("other.toml")` reads another one, also for programs given as text.
 
 **Settings.** No settings file is looked for. `settings = vp.read_settings("verne-post.toml")` reads one; give it to a
-function as `settings=settings`, with `settings.machine` as its machine. Its options hold below those of the set-up.
+function as `settings=settings`. Its options hold below those of the set-up. The machine that it names is taken unless
+`machine` is given.
 
 **The rows of the commands, to the last digit.** Call `vp.choose_kernels()` right after `import verne_post as vp`,
 before numpy or a package that loads it is imported. Otherwise numpy uses the fastest code of the processor, and the
 last digits of rows differ from those of the command ([why](setpoints.md#format)). All limits hold in any case.
 
-**Errors.** A bad *program* or set-up never raises; the findings of the result say what is wrong. What `check`,
-`convert`, `verify` and `machined` return is true exactly if it is `ok`: `if result:` is `if result.ok:`. A bad *call*
-raises `UsageError`, which names the argument and what would be right, with the names of Python: `tool_length` in place
-of `--tool-length`. A bad machine file raises `InputError`, which has findings. Print what `convert`, `verify`,
-`machined`, `explain` and `fit` return to see what the commands print: `print(result.summary)`.
+**Errors.** The functions differ in what a bad program or set-up does:
+
+| function | a bad program or set-up | an internal error |
+|---|---|---|
+| `check`, `convert`, `batch` | findings of the result | a finding (VP902) |
+| `explain` | findings of the explanation | raised |
+| `make_report` | a bad program: findings of the page; a bad set-up raises `InputError` | raised |
+| `verify`, `machined`, `fit` | raises `InputError` | raised |
+
+`InputError` has findings; a bad machine file raises it in every function. A bad *call*, such as a program whose file
+does not exist, raises `UsageError`. It names the argument and what would be right, with the names of Python:
+`tool_length` in place of `--tool-length`. An internal error is a fault of verne-post: please report it.
+
+What `check`, `convert`, `verify` and `machined` return is true exactly if it is `ok`: `if result:` is `if result.ok:`.
+Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see what the commands print:
+`print(result.summary)`.
 
 All names below are typed for strict checkers, and `dir(verne_post)` lists them. `verne_post.gcode.read_moves` is the
 interpreter without a machine. `docs/make_api.py` makes this page from the docstrings.

@@ -30,6 +30,8 @@ DOCS = Path(__file__).parent
 LEAST_SPAN = 3
 #: So many words that begin several texts are written once.
 LEAST_WORDS = 2
+#: A cell with more characters is divided into rows.
+LONGEST_CELL = 150
 #: So many names in a row are spelled out.
 LEAST_RUN = 7
 #: So begins what a word does that is read and does nothing: it stands among the words without effect.
@@ -102,7 +104,13 @@ def list_codes(
     """Rows of codes that are executed: group, codes, words beside axes, what they do."""
     for group, codes in does.items():
         code_of = {spell(code): code for code in codes}
-        for why, names in join_rows(zip(code_of, codes.values(), strict=True), "rs274").items():
+        joined = join_rows(zip(code_of, codes.values(), strict=True), "rs274").items()
+        rows = [
+            row
+            for why, names in joined
+            for row in ([(why, names)] if len(why) <= LONGEST_CELL else [(codes[code_of[one]], [one]) for one in names])
+        ]
+        for why, names in rows:
             alike = [code_of[name] for name in names]
             letters = [
                 (spell_numbers(some, spell, 10), " ".join(word))
@@ -150,13 +158,22 @@ def make_examples_table(
     """
     examples = read_examples(name)
     rows, unused = [], set(examples)
-    for does, alike in join_rows(words, name).items():
+    pairs = list(words)
+    does_of = dict(pairs)
+    for does, alike in join_rows(pairs, name).items():
         shown = [example for word in alike for example in examples.get(word, ())]
         if not shown and spell is None:
             raise ValueError(f"{' '.join(alike)}: word_examples.toml has no example")
         unused -= set(alike)
-        texts = dict.fromkeys(f"`{one.replace('|', chr(92) + '|')}`" for one in shown)
-        rows.append(((spell or _shorten)(alike), "; ".join(texts), does))
+        texts = list(dict.fromkeys(f"`{one.replace('|', chr(92) + '|')}`" for one in shown))
+        if max(len("; ".join(texts)), len(does)) <= LONGEST_CELL:
+            rows.append(((spell or _shorten)(alike), "; ".join(texts), does))
+            continue
+        # a row for each word and for each further example
+        for word in alike:
+            own = list(dict.fromkeys(f"`{one.replace('|', chr(92) + '|')}`" for one in examples.get(word, ()))) or [""]
+            shown_word = (spell or _shorten)([word])
+            rows += [(shown_word, one, does_of[word] if k == 0 else "as above") for k, one in enumerate(own)]
     if unused:
         raise ValueError(f"{' '.join(unused)}: word_examples.toml has examples of what is not executed")
     return make_rows(("words", "example", "what it does"), rows)

@@ -185,8 +185,9 @@ def test_a_bad_set_up_makes_a_result(part: Path, text: str, said: str) -> None:
         (item,) = result.findings
         assert (item.code, result.exit_code) == ("VP503", 2)
         assert said in item.message
-    with pytest.raises(vp.InputError, match=r"part\.nc\.toml"):
-        vp.explain(part, "verne", 3)
+    told = vp.explain(part, "verne", 3)
+    assert told.findings == result.findings
+    assert said in told.text and told.text.startswith(f"{part}: VP503 error: ")
     with pytest.raises(vp.UsageError, match="'beside', 'none' or a pathlib"):
         vp.check(part, "verne", setup="nothing")  # type: ignore[arg-type]
 
@@ -198,7 +199,7 @@ def test_what_is_printed_is_what_the_commands_say(
     source = Path("part.nc")
     said = run(source, "-o", "axes.csv").err
     result = vp.convert(source, "verne")
-    assert f"{result.summary}\n" == said
+    assert f"{result.summary}\n" == name_in_python(said)
     assert repr(result.summary) == str(result.summary)
     passes = vp.verify(Path("axes.csv"), source, "verne")
     assert f"{passes}\n" == run("verify", "axes.csv", "--against", source).err
@@ -233,8 +234,12 @@ def test_messages_have_the_names_of_python(source: str, given: dict[str, Any], s
 
 
 def test_errors_and_proposals_have_the_names_of_python() -> None:
+    for line in (0, 6):
+        told = vp.explain(TWO_TOOLS, "verne", line, vp.Options(tool_length=80))
+        assert "tool_length is the length of one tool" in told.findings[0].message in told.text
+        assert "--" not in told.text
     with pytest.raises(vp.InputError, match="tool_length is the length of one tool") as caught:
-        vp.explain(TWO_TOOLS, "verne", 5, vp.Options(tool_length=80))
+        vp.fit(TWO_TOOLS, "verne", vp.Options(tool_length=80))
     assert "--" not in str(caught.value)
     assert 'wcs={"G54": (' in str(vp.fit(SHORT, "verne", vp.Options(tool_length=80)))
     with pytest.raises(vp.UsageError, match=r"^air_along: table needs air, the height"):
@@ -791,7 +796,7 @@ def test_a_batch_has_a_length_and_an_index(part: Path) -> None:
     done = vp.batch([part, part], "verne")
     assert len(done) == 2
     assert done[0] is done.programs[0]
-    assert [one.program for one in done] == [str(part), str(part)]
+    assert [one.program for one in done] == [part, part]
 
 
 def test_help_begins_with_what_a_user_needs() -> None:
@@ -959,9 +964,9 @@ def test_findings_of_an_explanation_have_the_remedies_that_its_text_shows(name: 
         assert item.remedies == tuple(text.strip() for text in shown.splitlines())
 
 
-def test_a_missing_machine_and_the_beginning_of_an_option_are_named() -> None:
-    with pytest.raises(vp.UsageError, match=r"machine: it is missing; pass \"verne\", .* or load_machine\(FILE\)"):
-        vp.explain("M2\n", line=1)
+def test_a_missing_line_and_the_beginning_of_an_option_are_named() -> None:
+    with pytest.raises(vp.UsageError, match="line: None: expected the number of a source line"):
+        vp.explain("M2\n", "verne")
     with pytest.raises(vp.UsageError, match="tol: there is no such option; did you mean tolerance"):
         vp.Options(tol=1)
 
@@ -969,6 +974,89 @@ def test_a_missing_machine_and_the_beginning_of_an_option_are_named() -> None:
 def test_the_machine_is_the_default_of_load_machine_where_none_is_given() -> None:
     given, default = vp.check(SHORT, "verne", OPTIONS), vp.check(SHORT, options=OPTIONS)
     assert repr(default.summary) == repr(given.summary) and vp.convert(SHORT, options=OPTIONS).ok
+
+
+def test_the_machine_is_that_of_the_settings_where_none_is_given(tmp_path: Path) -> None:
+    """Else the program would be checked for another machine than the one that cuts it."""
+    file, program = tmp_path / "verne-post.toml", tmp_path / "part.nc"
+    file.write_text('machine = "ac_trunnion"\n', "utf-8")
+    program.write_text(SHORT, "utf-8")
+    given = vp.load_machine("ac_trunnion")
+    name = given.name
+    for settings in (file, vp.read_settings(file)):
+        made = vp.convert(SHORT, options=OPTIONS, settings=settings)
+        assert (made.machine, vp.check(SHORT, None, OPTIONS, settings=settings).machine) == (name, name)
+        assert vp.check(SHORT, "verne", OPTIONS, settings=settings).machine == "VERNE"
+        assert made.setpoints is not None
+        assert vp.verify(made.setpoints, SHORT, options=OPTIONS, settings=settings).ok
+        assert [one.result.machine for one in vp.batch([program], options=OPTIONS, settings=settings)] == [name]
+        assert str(vp.explain(SHORT, None, 3, OPTIONS, settings=settings)) == str(vp.explain(SHORT, given, 3, OPTIONS))
+        assert name in vp.fit(SHORT, options=OPTIONS, settings=settings).text
+
+
+@pytest.mark.parametrize("line", [1, 3])
+def test_a_line_of_a_form_that_is_not_filled_in_is_explained_as_by_the_command(
+    part: Path, run: Callable[..., Any], line: int
+) -> None:
+    Path(f"{part}.toml").write_text('tool_length = 80\n[wcs]\nG54 = "measure"\n', "utf-8")
+    told, said = vp.explain(part, "verne", line), run("explain", f"{part}:{line}")
+    assert said.code == 2
+    assert told.text.splitlines()[:3] == said.out.splitlines()[:3]
+    assert told.text.startswith(f"line {line}: ")
+
+
+def test_an_internal_error_is_a_finding_as_on_the_command_line(part: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_arguments: Any, **_named: Any) -> Any:
+        raise KeyError("no such thing")
+
+    monkeypatch.setattr("verne_post.app.convert.assemble", fail)
+    for result in (vp.check(SHORT), vp.convert(part), vp.batch([part])[0].result):
+        (item,) = result.findings
+        assert (item.code, item.message) == ("VP902", "internal error: KeyError: 'no such thing'")
+        assert (result.ok, result.machine) == (False, "VERNE")
+    monkeypatch.setenv("VERNE_POST_TRACEBACK", "1")
+    with pytest.raises(KeyError):
+        vp.check(SHORT)
+
+
+@pytest.mark.parametrize("what", ["sink", "progress"])
+def test_what_a_function_of_the_caller_raises_is_raised(what: str) -> None:
+    def stop(*_arguments: Any) -> None:
+        raise KeyError("enough")
+
+    with pytest.raises(KeyError, match="enough"):
+        vp.convert(SHORT, options=OPTIONS, **{what: stop})
+
+
+#: What files of other kinds are, and what Python does with them.
+FILES_OF_OTHER_KINDS = {
+    SHORT: "this is a program, not {}; give it as source",
+    "t_s,rho1_mm\n": "this is a setpoint file, not {}; give it to verify as setpoints",
+    "tool_length = 80\n": "this is a set-up, not {}; give it as setup",
+    "tool,length_mm\n": "this is a file of tool lengths, not {}; name it in the set-up: tool_lengths",
+}
+
+
+@pytest.mark.parametrize("text", FILES_OF_OTHER_KINDS)
+def test_a_file_of_another_kind_is_told_in_words_of_python(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "file.x"
+    path.write_text(text, "utf-8")
+    for call, kind in (
+        (lambda: vp.check("M2\n", path), "a machine file"),
+        (lambda: vp.load_machine(path), "a machine file"),
+        (lambda: vp.read_settings(path), "a settings file"),
+    ):
+        with pytest.raises(vp.InputError, match=re.escape(FILES_OF_OTHER_KINDS[text].format(kind))):
+            call()
+
+
+def test_the_stock_of_the_program_is_named_as_python_has_it() -> None:
+    text = 'G54 G17 G90\nWORKPIECE(,,,"BOX",0,0,-20,80,0,0,50,50)\nG0 X0 Y0 Z20\nG1 X10 F600\nM30\n'
+    summary = str(vp.check(text, "verne", OPTIONS.changed(dialect="siemens")).summary)
+    assert "not checked (stock=OwnStock() checks it)" in summary
+    assert "no keep_out and no stock given" in " ".join(summary.split())
+    with pytest.raises(vp.UsageError, match=r"or OwnStock\(\) for the stock of the program, got 'program'"):
+        vp.Options(stock="program")
 
 
 def test_rows_of_setpoints_are_told() -> None:

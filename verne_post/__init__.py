@@ -27,14 +27,25 @@ import typing as _typing
 
 if _typing.TYPE_CHECKING:
     from verne_post import gcode
-    from verne_post.api import Batch, Page, batch, check, convert, explain, fit, machined, make_report, verify
+    from verne_post.api import (
+        Batch,
+        Page,
+        batch,
+        check,
+        convert,
+        explain,
+        fit,
+        load_machine,
+        machined,
+        make_report,
+        read_settings,
+        verify,
+    )
     from verne_post.app.explain import Explanation
     from verne_post.app.result import Result, Setpoints
     from verne_post.cli.arithmetic import choose_kernels
-    from verne_post.config import load_machine
     from verne_post.config.machine_paths import list_machines
     from verne_post.config.settings import Settings
-    from verne_post.config.setup_values import read_settings
     from verne_post.model.findings import Finding, InputError, UsageError
     from verne_post.model.machine import Machine
     from verne_post.model.option_checks import work_offsets
@@ -51,14 +62,12 @@ __version__ = "0.1.0"
 
 #: Module -> the public names that it defines.
 _NAMES = {
-    "api": "Batch Page batch check convert explain fit machined make_report verify",
+    "api": "Batch Page batch check convert explain fit load_machine machined make_report read_settings verify",
     "app.explain": "Explanation",
     "app.result": "Result Setpoints",
     "cli.arithmetic": "choose_kernels",
-    "config": "load_machine",
     "config.machine_paths": "list_machines",
     "config.settings": "Settings",
-    "config.setup_values": "read_settings",
     "model.findings": "Finding InputError UsageError",
     "model.machine": "Machine",
     "model.option_checks": "work_offsets",

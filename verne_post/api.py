@@ -1,8 +1,8 @@
 """The Python API: what the commands do, for programs that import verne_post.
 
 A program is given as bytes, as text, or as a path; a path brings the subprograms and the set-up beside it, as on the
-command line. Bad input becomes findings of the result, as on the command line; a call without a meaning raises
-UsageError.
+command line. In :func:`convert`, :func:`check`, :func:`explain` and :func:`batch` bad input becomes findings of the
+result, as on the command line; a call without a meaning raises UsageError.
 """
 
 import dataclasses
@@ -12,31 +12,31 @@ import io
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post import config
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.convert import check_source, convert_source
-from verne_post.app.explain import Explanation, explain_source
+from verne_post.app.explain import Explanation, explain_refused, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
 from verne_post.app.python_names import translate_messages
-from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_program
+from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
 from verne_post.base.text_tables import format_html_table
-from verne_post.config import load_machine
-from verne_post.config.machine_paths import DEFAULT_MACHINE
+from verne_post.config import setup_values
 from verne_post.config.settings import Settings
-from verne_post.config.setup_values import Setup, lay_over_setup, read_settings
+from verne_post.config.setup_values import Setup, lay_over_setup, take_settings
 from verne_post.config.subprograms import collect_subprograms
 from verne_post.model.findings import Finding, InputError, UsageError, make_input_error
 from verne_post.model.machine import Machine
@@ -66,11 +66,14 @@ MachineLike = Machine | str | os.PathLike[str]
 #: Settings, or where their file is.
 SettingsLike = Settings | os.PathLike[str] | None
 
+load_machine = translate_messages(config.load_machine)
+read_settings = translate_messages(setup_values.read_settings)
+
 
 @translate_messages
 def convert(
     source: Source,
-    machine: MachineLike = DEFAULT_MACHINE,
+    machine: MachineLike | None = None,
     options: Options | None = None,
     sink: Sink | None = None,
     progress: Progress | None = None,
@@ -84,8 +87,8 @@ def convert(
     ----------
     source : bytes, str or path
         G-code. A ``str`` is the text of a program, never the name of a file.
-    machine : Machine, str or path
-        Without one that of :func:`load_machine` and of the commands.
+    machine : Machine, str or path, optional
+        Without one that of ``settings``, and else that of :func:`load_machine` and of the commands.
     options : Options, optional
         Options that are not the default override the set-up.
     sink : callable, optional
@@ -97,18 +100,19 @@ def convert(
         The set-up of the program: ``part.nc.toml`` beside a path ``part.nc``, where there is one, as the commands read
         it; none; or another file.
     settings : Settings or path, optional
-        What :func:`read_settings` returns, or the file. Its options hold below the set-up. None is looked for; the
-        machine is the argument.
+        What :func:`read_settings` returns, or the file. Its options hold below the set-up, and its machine where no
+        ``machine`` is given. No file is looked for.
 
     Returns
     -------
     Result
-        ``ok``, ``exit_code``, ``findings``, ``summary``, ``setpoints``. Bad programs do not raise.
+        ``ok``, ``exit_code``, ``findings``, ``summary``, ``setpoints``. Bad programs do not raise, and an internal
+        error is a finding (VP902); with ``VERNE_POST_TRACEBACK=1`` in the environment it is raised.
 
     Raises
     ------
     UsageError
-        An argument has the wrong type.
+        An argument has the wrong type, or a file cannot be read. What ``sink`` and ``progress`` raise is raised.
     InputError
         The machine file cannot be used.
 
@@ -121,20 +125,19 @@ def convert(
     >>> result.ok, len(result.setpoints) > 1000
     (True, True)
     """
-    _check_callable(sink, "sink")
-    _check_callable(progress, "progress")
-    try:
-        text, chosen = _read_program(source, options, setup, settings)
-    except InputError as error:
-        return _name_result(refuse_program(error), source, options)
-    loaded = _load_machine(machine)
-    return _name_result(convert_source(text, loaded, chosen, sink, progress), source, options, loaded)
+    raised: list[Exception] = []
+    sink, progress = _watch(sink, "sink", raised), _watch(progress, "progress", raised)
+
+    def run(text: Text, loaded: Machine, chosen: Options) -> Result:
+        return convert_source(text, loaded, chosen, sink, progress)
+
+    return _judge(run, (source, options, setup, settings), machine, raised)
 
 
 @translate_messages
 def check(
     source: Source,
-    machine: MachineLike = DEFAULT_MACHINE,
+    machine: MachineLike | None = None,
     options: Options | None = None,
     progress: Progress | None = None,
     *,
@@ -155,21 +158,56 @@ def check(
     >>> result.ok, result.findings[0].code
     (False, 'VP101')
     """
-    _check_callable(progress, "progress")
+    raised: list[Exception] = []
+    progress = _watch(progress, "progress", raised)
+
+    def run(text: Text, loaded: Machine, chosen: Options) -> Result:
+        return check_source(text, loaded, chosen, progress, limits_only=limits_only)
+
+    return _judge(run, (source, options, setup, settings), machine, raised)
+
+
+def _judge(
+    run: Callable[[Text, Machine, Options], Result],
+    program: tuple[Source, Options | None, Setup, SettingsLike],
+    machine: MachineLike | None,
+    raised: Sequence[Exception],
+) -> Result:
+    """What becomes of a program: whatever is wrong with it, or with verne-post, is a finding.
+
+    ``raised`` are the errors of functions of the caller, which are raised again.
+    """
+    source, options, _setup, settings = program
     try:
-        text, chosen = _read_program(source, options, setup, settings)
-    except InputError as error:
-        return _name_result(refuse_program(error), source, options)
-    loaded = _load_machine(machine)
-    result = check_source(text, loaded, chosen, progress, limits_only=limits_only)
+        text, chosen = _read_program(*program)
+    except UsageError:
+        raise
+    except Exception as error:
+        return _name_result(_refuse(error, source), source, options)
+    loaded = _load_machine(machine, settings)
+    try:
+        result = run(text, loaded, chosen)
+    except UsageError:
+        raise
+    except Exception as error:
+        if any(error is one for one in raised):
+            raise
+        result = _refuse(error, source)
     return _name_result(result, source, options, loaded)
+
+
+def _refuse(error: Exception, source: Source) -> Result:
+    """The result of a program that cannot be used, or in which verne-post failed."""
+    if isinstance(error, InputError):
+        return refuse_program(error)
+    return refuse_fault(error, str(source) if isinstance(source, os.PathLike) else "the program")
 
 
 @translate_messages
 def explain(
     source: Source,
-    machine: MachineLike,
-    line: int,
+    machine: MachineLike | None = None,
+    line: int | None = None,
     options: Options | None = None,
     *,
     setup: Setup = "beside",
@@ -177,24 +215,42 @@ def explain(
 ) -> Explanation:
     """Explain one source line: words, findings with remedies, pose; ``working`` has every step and every solution.
 
+    Of a program that cannot be read, what the words of the line do and the findings of the line; of a set-up that
+    cannot be read, its findings.
+
     Raises
     ------
     InputError
-        The program cannot be read.
+        The machine file cannot be used.
     UsageError
         The program has no such line.
     """
-    text, chosen = _read_program(source, options, setup, settings)
     if isinstance(line, bool) or not isinstance(line, int) or line < 0:
         raise UsageError("line", f"{line!r}: expected the number of a source line, from 1, or 0 for the approach")
-    return explain_source(text, _load_machine(machine), chosen, line)
+    try:
+        text, chosen = _read_program(source, options, setup, settings)
+    except InputError as error:
+        return _list_findings(line, error, str(source) if isinstance(source, os.PathLike) else "program")
+    loaded = _load_machine(machine, settings)
+    try:
+        return explain_source(text, loaded, chosen, line)
+    except InputError as error:
+        if not line:
+            return _list_findings(line, error, chosen.source_name)
+        return explain_refused(text, loaded, chosen, line, error.findings)
+
+
+def _list_findings(line: int, error: InputError, name: str) -> Explanation:
+    """What there is to say of a line where no line can be looked at."""
+    text = "".join(f"{format_finding(name, item)}\n" for item in error.findings)
+    return Explanation(line, error.findings, text, "")
 
 
 @translate_messages
 def verify(
     setpoints: Setpoints | Source,
     source: Source,
-    machine: MachineLike = DEFAULT_MACHINE,
+    machine: MachineLike | None = None,
     options: Options | None = None,
     *,
     setup: Setup = "beside",
@@ -216,7 +272,7 @@ def verify(
     """
     rows = _decode_setpoints(setpoints)
     text, chosen = _read_program(source, options, setup, settings)
-    loaded = _load_machine(machine)
+    loaded = _load_machine(machine, settings)
     program = assemble(text, loaded, chosen)
     name, blocks = _read_setpoints(setpoints, rows, program)
     verdict = verify_setpoints(program, blocks)
@@ -230,7 +286,7 @@ def verify(
 def machined(
     setpoints: Setpoints | Source,
     source: Source,
-    machine: MachineLike = DEFAULT_MACHINE,
+    machine: MachineLike | None = None,
     options: Options | None = None,
     *,
     nominal: bytes | os.PathLike[str],
@@ -293,7 +349,7 @@ def machined(
         if word not in allowed:
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
     text, chosen = _read_program(source, options, setup, settings)
-    program = assemble(text, _load_machine(machine), chosen)
+    program = assemble(text, _load_machine(machine, settings), chosen)
     shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
     rows = list(blocks)
     if not rows:
@@ -313,7 +369,7 @@ def machined(
 @translate_messages
 def fit(
     source: Source,
-    machine: MachineLike = DEFAULT_MACHINE,
+    machine: MachineLike | None = None,
     options: Options | None = None,
     free: str | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
@@ -345,18 +401,27 @@ def fit(
     allowed = check_ranges(free, {} if ranges is None else ranges)
     if aim not in get_args(Aim):
         raise UsageError("aim", f"{aim!r}: expected one of {', '.join(get_args(Aim))}")
-    loaded = _load_machine(machine)
+    loaded = _load_machine(machine, settings)
     found = propose(text, loaded, chosen, free, allowed, aim=aim)
     return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
 
 @explain_names()
 class BatchRow(Struct, frozen=True):
-    """What became of one program of a batch."""
+    """What became of one program of a batch.
 
-    program: str  #: Its path.
-    result: Result  #: Without its rows, where they were written.
-    files: tuple[Path, ...] = ()  #: What was written; one for each part between stops.
+    Attributes
+    ----------
+    program : Path
+    result : Result
+        Without its rows, where they were written.
+    files : tuple of Path
+        What was written; one for each part between stops.
+    """
+
+    program: Path
+    result: Result
+    files: tuple[Path, ...] = ()
 
     @property
     def status(self) -> int:
@@ -420,7 +485,7 @@ class Batch(Struct, frozen=True):
 @translate_messages
 def batch(
     programs: Iterable[os.PathLike[str]],
-    machine: MachineLike = DEFAULT_MACHINE,
+    machine: MachineLike | None = None,
     options: Options | None = None,
     folder: os.PathLike[str] | None = None,
     progress: Progress | None = None,
@@ -457,8 +522,8 @@ def batch(
         several = f'sorted({one}.glob("*.nc"))' if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
         raise UsageError("programs", f"expected several paths, as {several}")
     paths = [Path(_require_path(one)) for one in programs]
-    loaded = _load_machine(machine)
-    read = read_settings(settings) if isinstance(settings, os.PathLike) else settings
+    read = take_settings(settings)
+    loaded = _load_machine(machine, read)
     targets = [None if folder is None else Path(folder, path.with_suffix(".csv").name) for path in paths]
     _refuse_files(targets)
     rows = []
@@ -469,7 +534,7 @@ def batch(
             if error.option != "source":
                 raise
             result = _name_result(refuse_program(make_input_error("VP022", error.reason)), path, options, loaded)
-        rows.append(_write_rows(str(path), result, target))
+        rows.append(_write_rows(path, result, target))
         if progress is not None:
             progress("programs", len(rows), len(paths))
     return Batch(tuple(rows))
@@ -493,7 +558,7 @@ def _refuse_files(targets: Sequence[Path | None]) -> None:
         known.add(target)
 
 
-def _write_rows(program: str, result: Result, target: Path | None) -> BatchRow:
+def _write_rows(program: Path, result: Result, target: Path | None) -> BatchRow:
     """A program of a batch with its rows in files, one for each part between stops."""
     if target is None or result.setpoints is None:
         return BatchRow(program, result)
@@ -534,7 +599,7 @@ class Page(Struct, frozen=True):
 @translate_messages
 def make_report(
     source: Source,
-    machine: MachineLike = DEFAULT_MACHINE,
+    machine: MachineLike | None = None,
     options: Options | None = None,
     *,
     versus: Source | None = None,
@@ -568,7 +633,8 @@ def make_report(
 
     with name_missing("jupyter_threejs_sage", "report"):
         importlib.import_module("jupyter_threejs_sage")
-    loaded = _load_machine(machine)
+    settings = take_settings(settings)
+    loaded = _load_machine(machine, settings)
     seen = []
     for one in (source, *([] if versus is None else [versus])):
         text, chosen = _read_program(one, options, setup, settings)
@@ -671,10 +737,32 @@ def _read_setpoints(setpoints: Setpoints | Source, rows: str, program: Program) 
     return name, read_csv(io.StringIO(rows), name, program.machine.columns, program.cycle, drives)
 
 
-def _load_machine(machine: MachineLike) -> Machine:
-    return machine if isinstance(machine, Machine) else load_machine(machine)
+def _load_machine(machine: MachineLike | None, settings: SettingsLike) -> Machine:
+    """The machine that is given, or else that of the settings."""
+    if isinstance(machine, Machine):
+        return machine
+    if machine is not None:
+        return config.load_machine(machine)
+    read = take_settings(settings)
+    return config.load_machine() if read is None else config.load_machine(read.machine)
 
 
 def _check_callable(given: object, what: str) -> None:
     if given is not None and not callable(given):
         raise UsageError(what, f"expected a function, got {type(given).__name__}")
+
+
+def _watch(given: Callable[..., None] | None, what: str, raised: list[Exception]) -> Callable[..., None] | None:
+    """A function of the caller, whose errors are kept: they are no errors of verne-post."""
+    _check_callable(given, what)
+    if given is None:
+        return None
+
+    def call(*arguments: Any) -> None:
+        try:
+            given(*arguments)
+        except Exception as error:
+            raised.append(error)
+            raise
+
+    return call

@@ -152,5 +152,8 @@ def test_a_tool_with_only_a_name_has_no_number(
     result = vp.convert(Path("p.mpf"))
     assert result.summary is not None
     assert result.summary.tools == (("EM_10", 90.0), (number or "EM_20", 110.0))
+    record = result.summary.options.record()
+    assert record["tools"] == {"EM_10": [90.0, 10.0], str(number or "EM_20"): [110.0, 20.0]}
+    assert record["control"]["siemens"]["tools"] == {"EM_10": None, "EM_20": number}  # type: ignore[index]
     said = 'tool "EM_10": 90 mm, tool ' + (f'{number} "EM_20"' if number else '"EM_20"') + ": 110 mm"
     assert said in " ".join(str(result.summary).split())

@@ -16,6 +16,7 @@ import verne_post.app.explain as explain_app
 from verne_post import load_machine
 from verne_post.app.explain_line import is_axis_named
 from verne_post.app.line_remedies import Line, Trial
+from verne_post.app.python_names import name_in_python
 from verne_post.cli.main import main
 from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
@@ -1080,7 +1081,7 @@ def test_findings_are_printed_before_remedies_are_sought(
     assert "what would bring" not in first
     assert after.startswith("what would bring the line within limits")
     explained = vp.explain(PROGRAM, "verne", 3, vp.Options(tool_length=120, wcs={"G54": (0, 0, 60)})).text
-    assert (first + after).startswith(explained)
+    assert name_in_python(first + after).startswith(explained)
 
 
 SIZES = "[tools]\n1 = { length = 80, diameter = 10 }\n[wcs]\nG54 = [0, 0, 60]\n"

@@ -228,6 +228,18 @@ def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
     assert "NOT USED" not in page
 
 
+def test_a_tool_with_only_a_name_is_drawn_by_its_name() -> None:
+    """The numbers by which the program keeps such tools are its own."""
+    text = b'G17 G54 G90 G71\nT="BALL_D6"\nM6\nS900 M3\nG0 X0 Y0 Z50 D1\nG1 X5 F600\nM30\n'
+    options = Options(
+        dialect="siemens",
+        tools={100_001: (60, 8)},
+        control={"siemens": {"tools": {"BALL_D6": 100_001}}},
+        wcs={"G54": (0, 0, 0)},
+    )
+    assert describe_scene(MACHINE, study(text, MACHINE, options))["tools"] == {"BALL_D6": [[0.0, None, 4.0]]}
+
+
 @pytest.mark.parametrize(
     ("name", "change"),
     [

@@ -86,9 +86,16 @@ class Explanation:
 def explain_source(
     source: Text, machine: Machine, options: Options, line: int, tell: Callable[[str], None] | None = None
 ) -> Explanation:
-    """Explain one line of a program; errors as of :func:`verne_post.explain`.
+    """Explain one line of a program.
 
     ``tell`` gets the beginning of the text, up to the findings, before remedies are sought, which may take longer.
+
+    Raises
+    ------
+    InputError
+        The program cannot be read.
+    UsageError
+        The program has no such line.
     """
     program = assemble(source, machine, options)
     build_feed_override(
@@ -211,7 +218,9 @@ def _say_why_still(program: Program, line: int) -> str:
     return ": the machine is already at the place that the line names"
 
 
-def explain_refused(source: Text, machine: Machine, options: Options, line: int, findings: Sequence[Finding]) -> str:
+def explain_refused(
+    source: Text, machine: Machine, options: Options, line: int, findings: Sequence[Finding]
+) -> Explanation:
     """A line of a program that cannot be read: its words, its findings, and how many others the program has.
 
     Raises
@@ -246,7 +255,7 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
         counted = f"{len(others)} other error{'' if len(others) == 1 else 's'}"
         whole = find_run(options).spell("check", name)
         said.append(f"the program has {counted}, the first in line {min(others)}: {whole} shows all")
-    return "\n".join(said) + "\n"
+    return Explanation(line, tuple(own), "\n".join(said) + "\n", "")
 
 
 def look_at_line(source: Text, program: Program, line: int) -> Line:

@@ -30,13 +30,38 @@ _ARGUMENTS: Final = {
     "--setup": "setup",
     "--maximise": "aim",
     "--limits-only": "limits_only",
+    "--machine": "machine",
+    "--settings": "settings",
+    "--range": "ranges",
     "--gouge": "gouge",
     "--excess": "excess",
     "--grid": "grid",
     "range": "ranges",
 }
-#: An option as it is written, and the word after it, which may be its value.
-_FLAG: Final = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?: ([^\s;:()\"]*[^\s;:()\",.]))?")
+#: What only a command line can do -> what Python does instead.
+_PHRASES: Final = {
+    "give it first on the command line": "give it as source",
+    "verify and machined read it first: verne-post verify FILE --against PROGRAM": "give it to verify as setpoints",
+    "give it with --machine": "give it as machine",
+    "give it with --settings": "give it as settings",
+    "give it with --setup": "give it as setup",
+    "give it with --tool-lengths": "name it in the set-up: tool_lengths",
+    "give it with --measured-offset": "name it in the set-up: measured_offset",
+    "give it with --tool-table": "name it in the set-up: tool_table",
+    "or in machined --nominal FILE@G54": "or give it to machined as nominal",
+    "or into a folder of --subroutine-path": "or give its text in subroutines",
+    "see verne-post machine list": "see list_machines()",
+    "verify reads what --format csv writes": "verify reads what to_csv() writes",
+    "no [keep_out.NAME]": "no keep_out",
+    "no [stock]": "no stock",
+}
+_PHRASE: Final = re.compile("|".join(r"(?: |\n +)".join(map(re.escape, one.split(" "))) for one in _PHRASES))
+#: The last line of what is said of a line that cannot be executed.
+_SHOWS_ALL: Final = re.compile(
+    r"^(the program has \d++ other errors?, .*: )verne-post check .* shows all$", re.MULTILINE
+)
+#: An option as it is written, and the word after it, which may be its value; a line may end between them.
+_FLAG: Final = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?:( |\n +)([^\s;:()\"]*[^\s;:()\",.]))?")
 PLACE: Final = re.compile(r"(G5\d[^=]*)=(.+)")
 
 _P = ParamSpec("_P")
@@ -46,14 +71,9 @@ _T = TypeVar("_T")
 def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
     """Let a function of the Python API name options as Python has them, in what it returns and raises."""
     takes = inspect.signature(function).parameters
-    needs_machine = "machine" in takes and takes["machine"].default is inspect.Parameter.empty
 
     @wraps(function)
     def call(*arguments: _P.args, **named: _P.kwargs) -> _T:
-        is_needed = needs_machine and "machine" in list(takes)[len(arguments) :]
-        if is_needed and "machine" not in named:
-            text = 'it is missing; pass "verne", the name of another machine, or load_machine(FILE)'
-            raise UsageError("machine", text)
         for name in named:
             if name in OPTIONS and name not in takes:
                 raise UsageError(name, f"an option of the program: pass options=Options({name}=...)")
@@ -70,7 +90,8 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
 def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
-    return replace_options(text, _list_names, _assign)
+    text = _PHRASE.sub(lambda found: _PHRASES[" ".join(found.group().split())], text)
+    return replace_options(_SHOWS_ALL.sub(r"\1check shows all", text), _list_names, _assign)
 
 
 def replace_options(text: str, list_names: Callable[[], Mapping[str, str]], assign: Callable[[str, str], str]) -> str:
@@ -85,13 +106,13 @@ def replace_options(text: str, list_names: Callable[[], Mapping[str, str]], assi
     """
 
     def replace(found: re.Match[str]) -> str:
-        flag, word = found.groups()
+        flag, blank, word = found.groups()
         name = list_names().get(flag)
         if name is None:
             return found.group()
         if word is None:
             return name
-        return assign(name, word) or (name if word == "FILE" else f"{name} {word}")
+        return assign(name, word) or (name if word == "FILE" else f"{name}{blank}{word}")
 
     return _FLAG.sub(replace, text) if "--" in text else text
 

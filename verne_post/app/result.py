@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,15 @@ from verne_post.base.numbers import format_count
 from verne_post.base.suggestions import explain_names, find_meant
 from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.config import load_machine
-from verne_post.model.findings import Finding, Findings, InputError, UsageError, make_findings_table, sort_by_line
+from verne_post.model.findings import (
+    Finding,
+    Findings,
+    InputError,
+    UsageError,
+    make_findings_table,
+    make_input_error,
+    sort_by_line,
+)
 from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
@@ -366,3 +374,22 @@ class Result:
 def refuse_program(error: InputError) -> Result:
     """The result of a program that was refused."""
     return Result(error.findings)
+
+
+#: What helps against an internal error.
+_REPORT_FAULT: Final = (
+    "Report it with the program INPUT; VERNE_POST_TRACEBACK=1 verne-post check INPUT shows where it happened."
+)
+
+
+def refuse_fault(error: Exception, program: str) -> Result:
+    """The result of a program that has no verdict, because of an error of verne-post itself or for want of memory.
+
+    With ``VERNE_POST_TRACEBACK`` the error is raised again.
+    """
+    if isinstance(error, MemoryError):
+        return refuse_program(make_input_error("VP022", f"{program}: memory is used up"))
+    if os.environ.get("VERNE_POST_TRACEBACK"):
+        raise error
+    text = f"internal error: {type(error).__name__}: {error}"
+    return refuse_program(make_input_error("VP902", text, advice=_REPORT_FAULT))

@@ -1,6 +1,5 @@
 """`verne-post check`: check programs, in any of the report formats."""
 
-import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -220,18 +219,13 @@ def command(
     return find_gravest(statuses)
 
 
-_REPORT_FAULT: Final = (
-    "Report it with the program INPUT; VERNE_POST_TRACEBACK=1 verne-post check INPUT shows where it happened."
-)
-
-
 def _check_one(
     files: RunFiles, name: str, machine: "Machine", given: dict[str, Any], *, quiet: bool, limits_only: bool
 ) -> "Report":
     """Check one program; what is wrong with its file or its set-up is a finding too."""
     from verne_post.app.convert import check_source
-    from verne_post.app.result import refuse_program
-    from verne_post.model.findings import InputError, make_input_error
+    from verne_post.app.result import refuse_fault, refuse_program
+    from verne_post.model.findings import InputError
     from verne_post.output.findings import Report
     from verne_post.output.summary import format_unchecked, list_remarks
 
@@ -247,15 +241,10 @@ def _check_one(
             result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
             result = refuse_program(InputError(*files.find_lines([report_unread(error)])))
-        except MemoryError:
-            result = refuse_program(make_input_error("VP022", f"{shown}: memory is used up"))
         except (click.Abort, click.exceptions.Exit, FileError):
             raise  # the run is to end
-        except Exception as error:  # of verne-post: the program has no verdict, and the others go on
-            if os.environ.get("VERNE_POST_TRACEBACK"):
-                raise
-            text = f"internal error: {type(error).__name__}: {error}"
-            result = refuse_program(make_input_error("VP902", text, advice=_REPORT_FAULT))
+        except Exception as error:  # the others go on
+            result = refuse_fault(error, shown)
     seconds = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else format_unchecked(result.unchecked)
     elapsed, run = time.perf_counter() - begin, find_given_run(given)

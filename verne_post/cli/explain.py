@@ -135,7 +135,7 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
         except InputError as error:
             if int(number) == 0 or every:
                 return refuse(show_name(name), error, source)
-            echo(explain_refused(source, machine, options, int(number), error.findings), nl=False)
+            echo(explain_refused(source, machine, options, int(number), error.findings).text, nl=False)
             return find_exit_status(error.findings)
         more = f"\n{explained.working}" if every else "--all shows each step, every margin and every solution\n"
         more = more if explained.working else ""

@@ -61,7 +61,7 @@ _PLACES: Final = {
 
 
 class Settings(Struct, frozen=True):
-    """What a settings file gives: for the argument ``settings`` of the functions, and ``machine`` for theirs."""
+    """What a settings file gives, for the argument ``settings`` of the functions."""
 
     file: SettingsFile
     folder: Path  #: Of the file: paths of programs in patterns count from it.

@@ -69,10 +69,7 @@ def lay_over_setup(
     """
     if setup not in _WORDS and not isinstance(setup, os.PathLike):
         raise UsageError("setup", f"{setup!r}: expected {', '.join(map(repr, _WORDS))} or a pathlib.Path")
-    if isinstance(settings, os.PathLike):
-        settings = read_settings(settings)
-    if settings is not None and not isinstance(settings, Settings):
-        raise UsageError("settings", f"expected Settings or a pathlib.Path, got {type(settings).__name__}")
+    settings = take_settings(settings)
     setups = list(_find_setups(program, setup, settings))
     if not setups and settings is None:
         return options
@@ -150,6 +147,23 @@ def lay_over_setup(
     )
 
 
+def take_settings(settings: Settings | os.PathLike[str] | None) -> Settings | None:
+    """The argument ``settings`` of the Python API, read where it is a path.
+
+    Raises
+    ------
+    InputError
+        VP503: the file cannot be used.
+    UsageError
+        It is neither.
+    """
+    if isinstance(settings, os.PathLike):
+        return read_settings(settings)
+    if settings is not None and not isinstance(settings, Settings):
+        raise UsageError("settings", f"expected Settings or a pathlib.Path, got {type(settings).__name__}")
+    return settings
+
+
 def read_settings(path: str | os.PathLike[str]) -> Settings:
     """Read a settings file (``verne-post.toml``), as ``--settings`` does.
 
@@ -160,7 +174,8 @@ def read_settings(path: str | os.PathLike[str]) -> Settings:
     Returns
     -------
     Settings
-        For the argument ``settings`` of the functions; ``machine`` is the machine that it names.
+        For the argument ``settings`` of the functions; ``machine`` is the machine that it names, which they take where
+        no other is given.
 
     Raises
     ------

@@ -194,7 +194,7 @@ def check_tools(value: object) -> dict[int, Tool] | None:
 
 def check_box(box: object) -> Box:
     if not isinstance(box, Box):
-        raise ValueError(f"expected a Box, got {box!r}")
+        raise ValueError(f"expected a Box or a FixtureMesh, got {box!r}")
     if not isinstance(box.name, str):
         raise ValueError(f"{box.name!r} is not the name of a box")
     low, high = (
@@ -228,7 +228,11 @@ def _check_fixture(body: object) -> Box | FixtureMesh:
 
 def check_stock(value: object) -> Box | FixtureMesh | OwnStock | None:
     """The stock: its file, or that of the program, is read when a program is checked."""
-    return value if value is None or isinstance(value, OwnStock) else _check_fixture(value)
+    if value is None or isinstance(value, OwnStock):
+        return value
+    if not isinstance(value, Box | FixtureMesh):
+        raise ValueError(f"expected a Box, a FixtureMesh, or OwnStock() for the stock of the program, got {value!r}")
+    return _check_fixture(value)
 
 
 def check_fixtures(value: object) -> tuple[Box | FixtureMesh, ...]:
@@ -245,7 +249,7 @@ def check_part(value: object) -> NominalPart | None:
     if value is None:
         return None
     if not isinstance(value, NominalPart):
-        raise ValueError(f"{value!r}: expected a NominalPart(name, raw, system, unit, wanted)")
+        raise ValueError("expected a NominalPart(name, raw, system, unit, wanted)")
     if not isinstance(value.raw, bytes) or value.unit not in UNITS or value.system not in (None, *SYSTEM_NAMES):
         raise ValueError(
             f"{value.name}: expected the bytes of an STL, the number of a work system, and a unit of {', '.join(UNITS)}"

@@ -44,6 +44,7 @@ from verne_post.model.option_checks import (
     convert_from_numpy,
 )
 from verne_post.model.part_setup import (
+    FIRST_NAMED_TOOL,
     MAX_TOOL,
     OWN_STOCK,
     Box,
@@ -53,6 +54,8 @@ from verne_post.model.part_setup import (
     OwnStock,
     Tool,
     WorkOffset,
+    choose_number_or_name,
+    list_setup_names,
     name_system,
 )
 
@@ -627,11 +630,18 @@ class Options:
     def record(self) -> dict[str, object]:
         """All options as JSON values, texts of files as their SHA-256; the same options give the same record.
 
-        Keys are the names, with the unit where the option has one: ``tolerance_mm``.
+        Keys are the names, with the unit where the option has one: ``tolerance_mm``. A tool that has only a name has it
+        as its key, and null as its number.
         """
         values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
         for name in ("wcs", "unmeasured_wcs"):
             values[name] = {name_system(number): one for number, one in values[name].items()}
+        names = list_setup_names(self.control)
+        for name in ("tools", "tool_shapes"):
+            values[name] = values[name] and {
+                choose_number_or_name(key, names): one for key, one in values[name].items()
+            }
+        values["control"] = {dialect: _hide_inner_numbers(keys) for dialect, keys in self.control.items()}
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
 
 
@@ -779,6 +789,14 @@ def _make_refusal(name: str, value: object, reason: str) -> UsageError:
 _WITHOUT_EFFECT: Final = ("source_name", "setup_source", "setup_file", "command_words", "subroutine_files", "jobs")
 
 
+def _hide_inner_numbers(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of a controller dialect; tools that have only a name have no number."""
+    tools = keys.get("tools")
+    if not isinstance(tools, Mapping):
+        return dict(keys)
+    return {**keys, "tools": {name: None if number >= FIRST_NAMED_TOOL else number for name, number in tools.items()}}
+
+
 def _convert_to_json(value: object) -> object:
     """A value of an option as JSON; offsets, tools and boxes in few numbers, so that a message can show them."""
     if isinstance(value, WorkOffset):
@@ -803,7 +821,8 @@ def _convert_to_json(value: object) -> object:
     if isinstance(value, Cylinder):
         return [value.part, value.diameter, value.length]
     if isinstance(value, Mapping):
-        return {str(key): _convert_to_json(one) for key, one in sorted(value.items())}
+        items = sorted(value.items(), key=lambda item: (isinstance(item[0], str), item[0]))
+        return {str(key): _convert_to_json(one) for key, one in items}
     if isinstance(value, tuple | list):
         return [_convert_to_json(one) for one in value]
     return hashlib.sha256(value).hexdigest() if isinstance(value, bytes) else value

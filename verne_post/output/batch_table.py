@@ -1,6 +1,7 @@
 """What became of many programs, as a table: of `batch` on the command line and in Python."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import PurePath
 from typing import Final, Protocol
 
 from verne_post.base.numbers import format_count
@@ -15,7 +16,7 @@ class Converted(Protocol):
     """What became of one program; ``again`` where nothing had to be done."""
 
     @property
-    def program(self) -> str: ...
+    def program(self) -> str | PurePath: ...
     @property
     def status(self) -> int: ...
     @property
@@ -41,10 +42,10 @@ def format_batch(outcomes: Sequence[Converted], *, is_brief: bool = False, machi
     ``machines`` are the names of the machines by program: the last line has the one of all, else each line its own.
     """
     rows = make_batch_rows(outcomes, is_brief=is_brief)
-    names = list(dict.fromkeys(machines[one.program] for one in outcomes if one.program in machines))
+    names = list(dict.fromkeys(machines[str(one.program)] for one in outcomes if str(one.program) in machines))
     if len(names) > 1:
         for row, one in zip(rows[1:], outcomes, strict=True):
-            row[1] += f" on {make_printable(machines[one.program])}"
+            row[1] += f" on {make_printable(machines[str(one.program)])}"
     on = f", on {make_printable(names[0])}" if len(names) == 1 else ""
     width, room = (max(len(row[k]) for row in rows) for k in (0, 1))
     lines = [
@@ -61,7 +62,7 @@ def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) ->
         time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
         count = "-" if one.rows is None else str(one.rows)
         first = _find_first(one.findings)
-        reason = "" if first is None else f"{first.code}{_name_place(one.program, first)}"
+        reason = "" if first is None else f"{first.code}{_name_place(str(one.program), first)}"
         errors, warnings = count_causes(one.findings)
         more = (errors or warnings) - 1
         if first is not None and is_brief:
@@ -70,7 +71,7 @@ def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) ->
             reason += f" +{more}" if more else ""
         elif first is not None:
             reason += f"{f' +{more}' if more else ''}: {make_printable(first.message)}"
-        rows.append([make_printable(one.program), _name_result(one), time, count, reason])
+        rows.append([make_printable(str(one.program)), _name_result(one), time, count, reason])
     return rows
 
 

@@ -147,7 +147,7 @@
       scale.className = "scale";
       scale.style.background = `linear-gradient(90deg, ${(kind === "margin" ? MARGIN : SPEED).join(",")})`;
       legend.replaceChildren(text("span", kind === "margin" ? `margin (${data.marginOf}):` : "speed of the tip:"), text("span", ends[0]), scale, text("span", ends[1]));
-    } else legend.replaceChildren(...[...used].sort((a, b) => a - b).map(k => kind === "limit" ? entry(limitColour(k) || "#9aa7b4", data.limits[k]) : entry(tools[k % tools.length], data.toolNumbers[k] ? "tool " + data.toolNames[k] : "the tool")));
+    } else legend.replaceChildren(...[...used].sort((a, b) => a - b).map(k => kind === "limit" ? entry(limitColour(k) || "#9aa7b4", data.limits[k]) : entry(tools[k % tools.length], data.toolNames[k] ? "tool " + data.toolNames[k] : "the tool")));
     if (arrays["trail.bad"].some(value => value)) legend.append(entry("#d32f2f", "violation"));
     if (arrays["trail.rapid"].some(value => value)) {
       const row = entry("", "rapid, thin and pale");

@@ -155,7 +155,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
     for name, curves in study.curves.items():
         pack.add_curves(name, curves, tick, scales.get(name, np.ones(len(curves))))
     ends = np.sort(np.stack([limits.lower * factor, limits.upper * factor]), axis=0)
-    modal, tools, tool_names = _pack_program(pack, study)
+    modal, tool_names = _pack_program(pack, study)
     if study.governing is not None:
         pack.add("governing", study.governing.of_frame, "|u1")
         pack.add("lost", study.governing.lost_from_frame)
@@ -177,7 +177,6 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "marginOf": _name_margin(study.margin_names),
         "limits": list(study.governing.names) if study.governing is not None else [],
         "modal": modal,
-        "toolNumbers": tools,
         "toolNames": tool_names,
         "bands": study.spectrum.edges.tolist() if study.spectrum is not None else [],
         "wanted": _describe_wanted(study),
@@ -204,11 +203,11 @@ def _describe_wanted(study: Study) -> dict[str, float] | None:
     return {"gouge": wanted.gouge, "excess": wanted.excess, "search": wanted.search}
 
 
-def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int], list[int | str]]:
-    """Modal states, numbers of the tools in use and how a person calls them, and which hold at each frame."""
+def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int | str]]:
+    """Modal states, and the tools in use as a person calls them; and which hold at each frame."""
     program = study.program
     if program is None:
-        return [], [], []
+        return [], []
     states, of = collect_modal_states(program.moves, study.move, program.path.first_move)
     numbers, tool = np.unique(
         find_tool_of_moves(study.move, program.path.first_move, program.moves), return_inverse=True
@@ -217,7 +216,7 @@ def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int], list[
     pack.add("tool", tool, "<i4")
     names = program.moves.name_tools()
     shown = [choose_number_or_name(number, names) for number in numbers.tolist()]
-    return [list(state) for state in states], numbers.tolist(), shown
+    return [list(state) for state in states], shown
 
 
 def _pack_text(pack: Pack, source: Text, study: Study) -> tuple[int, bool]:

@@ -123,12 +123,12 @@ const Scene = (() => {
 
     let toolNow = "", wide = 0;  // mm; the radius at the tip
     function placeTool(frame) {
-      const number = data.toolNumbers[arrays.tool[frame]], long = arrays.tool_length[frame], key = number + " " + long;
+      const name = data.toolNames[arrays.tool[frame]], long = arrays.tool_length[frame], key = name + " " + long;
       if (key === toolNow) return;
       toolNow = key;
       wide = 0;
       tool.clear();
-      for (const [from, to, radius] of model.tools[number] || []) {
+      for (const [from, to, radius] of model.tools[name] || []) {
         const end = Math.min(to === null ? long : to, long);
         if (end <= from) continue;
         const cut = to === null ? Math.min(end, from + Math.max(0.45 * (end - from), 6 * radius)) : end;

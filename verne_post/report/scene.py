@@ -15,6 +15,7 @@ from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.moves import find_tool_of_moves
+from verne_post.model.part_setup import choose_number_or_name
 from verne_post.report.left import RAYS, draw_skin, make_left
 from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
@@ -161,11 +162,14 @@ def _place_bed(study: Study, boxes: list[dict[str, Any]]) -> dict[str, list[floa
 
 
 def _describe_tools(study: Study) -> tuple[dict[str, list[list[float | None]]], bool]:
-    """Parts of each tool by number: from and to (mm from the tip; None: gauge line), radius; whether one is assumed."""
+    """Parts of each tool by its number or name: from and to (mm from the tip; None: gauge line), radius.
+
+    And whether one is assumed.
+    """
     program = study.program
     if program is None:
         return {}, False
-    options, tools, thin = program.options, {}, False
+    options, tools, thin, names = program.options, {}, False, program.moves.name_tools()
     for number in np.unique(find_tool_of_moves(study.move, program.path.first_move, program.moves)).tolist():
         listed = (options.tools or {}).get(number)
         begin, parts = 0.0, []
@@ -176,7 +180,7 @@ def _describe_tools(study: Study) -> tuple[dict[str, list[list[float | None]]], 
         if not parts and listed is not None and listed.diameter > 0:
             parts = [[0.0, None, 0.5 * listed.diameter]]
         thin |= not parts
-        tools[str(number)] = parts or [[0.0, None, _TOOL_RADIUS]]
+        tools[str(choose_number_or_name(number, names))] = parts or [[0.0, None, _TOOL_RADIUS]]
     return tools, thin
 
 

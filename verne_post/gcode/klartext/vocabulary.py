@@ -24,11 +24,10 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "BEGIN PGM": "the program begins; MM or INCH is the unit of all lengths",
     "END PGM": "the program ends",
     "BLK FORM": "the stock, a box or a cylinder: see Stock, patterns, functions",
-    "TOOL CALL": "changes the tool, as M6 does; its length, with DL, counts at once; without a number only S and F "
-    "change. `[heidenhain.tools]` of the settings file "
-    "gives a name its number, as in `MILL = 3`",
-    "TOOL DEF": "length and radius, from the next TOOL CALL on, unless the set-up or the tool table has the tool; with "
-    "the number alone it names the next tool, without effect",
+    "TOOL CALL": "changes the tool, as M6 does; its length, with DL, counts at once. Without a number only S and F "
+    "change. `[heidenhain.tools]` gives a name its number",
+    "TOOL DEF": "length and radius, from the next TOOL CALL on, unless the set-up or tool table has them. With the "
+    "number alone it only names the next tool",
     "CYCL DEF": "a cycle: below",
     "CYCL CALL": "calls the defined cycle. POS calls it at a position; Z raises the surface; F applies to the move "
     "there. PAT: PATTERN DEF",
