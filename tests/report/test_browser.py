@@ -123,6 +123,7 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
     "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
     "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
+    "hexapod": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "hexapod", Options(tool_length=60.0)),
     "fork": (
         "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n",
         "ca_fork_head",
@@ -478,7 +479,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
     with on_paper(browser):
         tops = js(
             browser,
-            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#code', '#record'].map(s => "
+            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#record', '#code'].map(s => "
             "document.querySelector(s).getBoundingClientRect().top)",
         )
         assert tops == sorted(tops)
@@ -546,7 +547,7 @@ def test_the_verdict_is_whole_on_a_phone(browser: Any, show: Callable[..., Any],
 def test_paper_has_the_lines_that_are_asked_for(
     browser: Any, show: Callable[..., Any], name: str, total: int, kept: list[int]
 ) -> None:
-    """Of a long program its beginning, changes of tools, stops and findings; it says so under the last line."""
+    """Of a long program its beginning, changes of tools, stops and findings; it says so above them."""
     show(name)
     with on_paper(browser):
         shown = browser.find_elements("css selector", "#code-lines div")
@@ -558,8 +559,8 @@ def test_paper_has_the_lines_that_are_asked_for(
                 f"Printed are {len(kept)} of {total} lines: the first 50, and those about changes of tools, stops and "
                 "findings."
             )
-            # one sentence under the last line, not at the end of a blank
-            assert 0 <= said.rect["y"] - max(one.rect["y"] + one.rect["height"] for one in shown) < 40
+            # above the first line: under the last one it may come to another page
+            assert 0 <= min(one.rect["y"] for one in shown) - said.rect["y"] - said.rect["height"] < 40
         words = "[...document.querySelectorAll('#code-lines .word')].map(one => one.getClientRects().length)"
         assert set(js(browser, words)) <= {1}  # no line ends behind a minus
 
@@ -1217,6 +1218,14 @@ def test_retracts_are_pale_and_out_of_the_frame(browser: Any, show: Callable[...
     with on_paper(browser):
         near = np.array(js(browser, "report.scene.inCloseUp(arguments[0])", box.tolist()))[:, :2]
         assert 0.6 < np.abs(near).max() < 1.0
+
+
+def test_every_joint_has_its_own_colour(browser: Any, show: Callable[..., Any]) -> None:
+    show("hexapod")
+    for _theme in range(2):
+        colours = js(browser, "report.data.joints.map((joint, k) => Shared.jointColour(k))")
+        assert len(set(colours)) == len(colours) == 8
+        press(browser, "d")
 
 
 def test_the_table_does_not_hide_the_tip(browser: Any, show: Callable[..., Any]) -> None:

@@ -659,6 +659,8 @@ def test_a_joint_has_one_colour_in_all_panels(monkeypatch: pytest.MonkeyPatch) -
         legend = panel.get_legend()
         assert [one.get_color() for one in legend.get_lines()] == [line.get_color() for line in panel.lines]
         assert legend.get_window_extent().x0 >= panel.get_window_extent().x1
+        # a curve under an equal one is seen on both sides of it
+        assert (np.diff([line.get_linewidth() for line in panel.lines]) < -0.25).all()
         for line in panel.lines:
             colours.setdefault(line.get_label(), set()).add(line.get_color())
     assert list(colours) == [column.joint for column in MACHINE.columns]

@@ -62,9 +62,10 @@
       element.dataset.line = number;
       rows.push(element);
     });
-    // three columns of paper have room for so many characters each; a few lines may be broken
-    const long = shown.filter(row => lines[row].length > 30).length;
+    // three columns of paper have room for so many characters each; a few lines may be broken; a short text is on one page
+    const long = shown.filter(row => lines[row].length > 28).length;
     byId("code-lines").classList.toggle("narrow", long <= 0.1 * shown.length);
+    byId("code-lines").classList.toggle("few", shown.length <= 70);
     byId("code-lines").style.top = first * ROW + "px";
     byId("code-lines").replaceChildren(...rows);
   }
