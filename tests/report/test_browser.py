@@ -123,6 +123,7 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
     "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
     "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
+    "hexapod": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "hexapod", Options(tool_length=60.0)),
     "fork": (
         "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n",
         "ca_fork_head",
@@ -145,7 +146,37 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
         "verne",
         Options(),
     ),
-    "unreadable": ("G21 G90 F600\n" + "G1 X1\n" * 250 + "G1 X\nG1 X2O\nM2\n", "verne", Options(tool_length=60.0)),
+    "unreadable": (
+        "G21 G90 F600\n" + "G1 X1\n" * 250 + "G1 X\nG1 X2O\n" + "G1 X1\n" * 200 + "M2\n",
+        "verne",
+        Options(tool_length=60.0),
+    ),
+    # the table leans until the eye that sees the front of the machine sees its back
+    "over": (
+        "G21 G90\nG0 X0 Y30 Z80 A-115 C0\nG1 Z60 F600\nX20\nZ80\nM2\n",
+        "verne",
+        Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))}),
+    ),
+    "clamp": (
+        "G21 G90\nG0 X-40 Y0 Z30 A0 C0\nG1 Z-2 F500\nX40\nG0 Z50\nM2\n",
+        "verne",
+        Options(
+            tools={0: Tool(0, 0, (0.0, 0.0, 120.0, *(0.0,) * 6), 10.0)},
+            tool_length=120.0,
+            wcs={1: WorkOffset((0.0, 0.0, 60.0))},
+            keep_out=(Box("clamp", (30.0, -15.0, -10.0), (60.0, 15.0, 20.0), 1),),
+        ),
+    ),
+    "tools": (
+        "G21 G90 G54\n"
+        + "".join(
+            f"T{k} M6\nG43 H{k}\nS900 M3\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F900\n" + "X10 A-5.000\nX0 A-4.000\n" * lines
+            for k, lines in ((1, 20), (2, 20), (3, 150))
+        )
+        + "M30\n",
+        "verne",
+        Options(tools={1: 90, 2: 95, 3: 98}, wcs={1: WorkOffset((0.0, 0.0, 60.0))}, split_at_stops=True),
+    ),
 }
 
 
@@ -448,7 +479,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
     with on_paper(browser):
         tops = js(
             browser,
-            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#code', '#record'].map(s => "
+            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#record', '#code'].map(s => "
             "document.querySelector(s).getBoundingClientRect().top)",
         )
         assert tops == sorted(tops)
@@ -504,15 +535,34 @@ def test_the_verdict_is_whole_on_a_phone(browser: Any, show: Callable[..., Any],
     assert js(browser, f"{badge}.scrollWidth <= {badge}.clientWidth")
 
 
-def test_paper_says_which_lines_it_leaves_out(browser: Any, show: Callable[..., Any]) -> None:
-    show("many")
+@pytest.mark.parametrize(
+    ("name", "total", "kept"),
+    [
+        ("many", 3004, [*range(1, 51), *range(1501, 1510)]),
+        ("tools", 397, [*range(1, 52), *range(88, 97)]),
+        ("unreadable", 454, [*range(1, 51), *range(248, 258)]),
+        ("clamp", 6, [*range(1, 7)]),
+    ],
+)
+def test_paper_has_the_lines_that_are_asked_for(
+    browser: Any, show: Callable[..., Any], name: str, total: int, kept: list[int]
+) -> None:
+    """Of a long program its beginning, changes of tools, stops and findings; it says so above them."""
+    show(name)
     with on_paper(browser):
         shown = browser.find_elements("css selector", "#code-lines div")
-        assert len(shown) == 50
+        assert [int(one.get_attribute("data-line")) for one in shown] == kept
         said = browser.find_element("id", "left-out")
-        assert said.text == "These are the lines 1 to 50 of 3004; the others are not printed."
-        # one sentence under the last line, not at the end of a blank
-        assert 0 <= said.rect["y"] - max(one.rect["y"] + one.rect["height"] for one in shown) < 40
+        assert said.is_displayed() == (len(kept) < total)
+        if len(kept) < total:
+            assert said.text == (
+                f"Printed are {len(kept)} of {total} lines: the first 50, and those about changes of tools, stops and "
+                "findings."
+            )
+            # above the first line: under the last one it may come to another page
+            assert 0 <= min(one.rect["y"] for one in shown) - said.rect["y"] - said.rect["height"] < 40
+        words = "[...document.querySelectorAll('#code-lines .word')].map(one => one.getClientRects().length)"
+        assert set(js(browser, words)) <= {1}  # no line ends behind a minus
 
 
 def test_pages_are_a4(browser: Any, show: Callable[..., Any]) -> None:
@@ -946,7 +996,7 @@ def test_of_a_very_long_text_there_are_the_lines_with_frames(
     # and those about the beginning and about each finding: else a program that cannot be read would show nothing
     near = {mark[0] + k for mark in [(1,), *data["marks"]] for k in range(-5, 6)}
     assert set(data["numbers"].tolist()) == {line for line in set(data["line"].tolist()) | near if line > 0}
-    assert {252, 253} < set(unread["numbers"].tolist()) <= {*range(1, 7), *range(247, 255)}
+    assert {252, 253} < set(unread["numbers"].tolist()) <= {*range(1, 7), *range(247, 259)}
     lines = ONE_IN_3000.split("\n")
     for frame in (0, 777, data["frames"] - 1):
         js(browser, "report.setCursor(arguments[0])", frame)
@@ -999,15 +1049,6 @@ def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[.
     ]
     sheet = browser.find_element("id", "sheet").text
     assert "not named 60 not given\nFrom the set-up: the program was not read to its end." in sheet
-
-
-def test_paper_has_the_lines_about_the_first_error(browser: Any, show: Callable[..., Any]) -> None:
-    show("unreadable")
-    with on_paper(browser):
-        lines = browser.find_elements("css selector", "#code-lines div")
-        assert [lines[0].text, lines[-1].text] == ["205 G1 X1", "254 M2"]
-        said = "These are the lines 205 to 254 of 254; the others are not printed."
-        assert browser.find_element("id", "left-out").text == said
 
 
 def test_nasty_texts_stay_texts(browser: Any, show: Callable[..., Any]) -> None:
@@ -1154,18 +1195,18 @@ def test_retracts_are_pale_and_out_of_the_frame(browser: Any, show: Callable[...
     assert np.ptp(tip[:, 2]) > 100.0
     assert np.ptp(tip[~rapid], axis=0) == pytest.approx([84.0, 24.0, 6.0], abs=0.1)
     box = np.array([[x, y, z] for x in (-42, 42) for y in (-12, 12) for z in (59, 65)])  # G54 is at z 60
-    for frame in (0, data["frames"] // 2, data["frames"] - 1):
+    for frame, is_away in ((0, True), (data["frames"] // 2, False), (data["frames"] - 1, True)):
         js(browser, "(report.setCursor(arguments[0]), report.view('part'))", frame)
         path = np.array(js(browser, "report.scene.pathOnScreen()"))[:, :2]
         assert 0.6 < np.abs(path).max() < 1.0
         near = np.array(js(browser, "report.scene.inCloseUp(arguments[0])", box.tolist()))[:, :2]
-        # the close-up shows a part of them, larger
-        assert np.ptp(near, axis=0).max() > 1.5 * np.ptp(path, axis=0).max()
+        # the close-up shows a part of them, larger; while the tool is away, it and where it goes
+        assert (np.ptp(near, axis=0).max() > 1.5 * np.ptp(path, axis=0).max()) != is_away
+        assert np.abs(js(browser, "report.scene.tipInCloseUp()")[:2]).max() < 1.0
+        assert np.abs(near).min(axis=0).max() < 1.0
     # the row of worst places stays whole on paper
     with on_paper(browser):
         assert js(browser, "getComputedStyle(document.getElementById('places')).breakInside") == "avoid"
-    tool = np.array(js(browser, "report.scene.tipInCloseUp()"))[:2]
-    assert np.abs(tool).max() > 1.0  # the tool is away, the part stays
     assert "rapid, thin and pale" in js(browser, "document.getElementById('legend').textContent")
     js(browser, "report.view('part')")
     with_rapids = canvas_pixels(browser)
@@ -1177,6 +1218,27 @@ def test_retracts_are_pale_and_out_of_the_frame(browser: Any, show: Callable[...
     with on_paper(browser):
         near = np.array(js(browser, "report.scene.inCloseUp(arguments[0])", box.tolist()))[:, :2]
         assert 0.6 < np.abs(near).max() < 1.0
+
+
+def test_every_joint_has_its_own_colour(browser: Any, show: Callable[..., Any]) -> None:
+    show("hexapod")
+    for _theme in range(2):
+        colours = js(browser, "report.data.joints.map((joint, k) => Shared.jointColour(k))")
+        assert len(set(colours)) == len(colours) == 8
+        press(browser, "d")
+
+
+def test_the_table_does_not_hide_the_tip(browser: Any, show: Callable[..., Any]) -> None:
+    """The eye of the close-up, of the path and of a place stands on the side of the table that the part is on."""
+    data = show("over")
+    tip = data["tip"][int(js(browser, "document.body.dataset.cursor"))]
+    inside = (tip - [0, 0, 20]).tolist()  # towards the table
+    above, below = js(browser, "report.scene.inCloseUp(arguments[0])", [tip.tolist(), inside])
+    assert above[2] < below[2]
+    for way in ("report.view('part')", "document.querySelector('#findings button').click()"):
+        js(browser, way)
+        eye = np.array(js(browser, "report.scene.camera.position.clone().sub(report.scene.tipInScene()).toArray()"))
+        assert eye[1] > 0  # the table leans away from the front
 
 
 def test_the_path_is_seen_through_a_large_cutter(browser: Any, show: Callable[..., Any]) -> None:

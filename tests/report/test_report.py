@@ -370,6 +370,10 @@ def test_the_sheet_of_a_program_that_cannot_be_read_has_the_set_up() -> None:
     page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p.nc", text, MACHINE, seen))
     assert "|T1|face mill|120|not given|T2|to be measured|not given|From the set-up: the program was not read" in page
     assert "|G54|to be measured|G55|1|2|45.5|0|given|" in page
+    head = re.sub(r"(<[^>]+>)+", "|", write_verdict_html(MACHINE, seen))
+    assert "|T1: 120 mm; T2 to be measured, from the gauge line to the tip|" in head
+    zero = "G54 to be measured, from the rotary centre on the table face to the part zero"
+    assert f"|work offset|G55 at 1, 2, 45.5 mm; {zero}|" in head
     assert "Start position" not in page
     assert is_sheet_long(MACHINE, seen) is False
 
@@ -667,6 +671,8 @@ def test_a_joint_has_one_colour_in_all_panels(monkeypatch: pytest.MonkeyPatch) -
         legend = panel.get_legend()
         assert [one.get_color() for one in legend.get_lines()] == [line.get_color() for line in panel.lines]
         assert legend.get_window_extent().x0 >= panel.get_window_extent().x1
+        # a curve under an equal one is seen on both sides of it
+        assert (np.diff([line.get_linewidth() for line in panel.lines]) < -0.25).all()
         for line in panel.lines:
             colours.setdefault(line.get_label(), set()).add(line.get_color())
     assert list(colours) == [column.joint for column in MACHINE.columns]

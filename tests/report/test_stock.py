@@ -2,6 +2,7 @@
 
 import json
 import re
+import runpy
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Box, OwnStock, Tool, WorkOffset
+from verne_post.model.part_setup import Box, FixtureMesh, OwnStock, Tool, WorkOffset
 from verne_post.report.scene import describe_scene
 from verne_post.report.sheet import write_sheet_html
 from verne_post.report.study import study
@@ -107,3 +108,23 @@ def test_the_page_opens_where_the_contact_begins() -> None:
     assert np.linalg.norm(found.place_tip[index] - line[-1]) == pytest.approx(float(said[2]), abs=0.06)
     assert np.linalg.norm(begin) == pytest.approx(float(said[1]), abs=1.0)  # the first frame is within the line
     assert np.linalg.norm(at - found.place_tip[index]) < 1.0
+
+
+@pytest.mark.parametrize("is_mesh", [False, True])
+def test_a_fixture_is_shown_where_the_contact_begins(is_mesh: bool) -> None:
+    """The line begins 70 mm before the clamp; the next one also ends in it, beside a rapid that is free."""
+    low, high = (30.0, -15.0, -10.0), (60.0, 15.0, 20.0)
+    vise = runpy.run_path(str(SAMPLES / "make_vise_sample.py"))
+    raw = vise["pack_stl"](vise["unite_boxes"]([(low, high)]))
+    clamp = FixtureMesh("clamp", raw, system=1) if is_mesh else Box("clamp", low, high, 1)
+    options = Options(
+        tools={1: Tool(1, 1, (0.0, 0.0, 120.0) + (0.0,) * 6, 10.0)},
+        wcs={1: WorkOffset((0.0, 0.0, 60.0))},
+        keep_out=(clamp,),
+    )
+    text = b"G21 G90\nT1 M6\nG54 G0 X-40 Y0 A0 C0\nG43 H1 Z30\nG1 Z-2 F500\nX40\nG0 Z50\nM30\n"
+    found = study(text, MACHINE, options)
+    places = {found.findings[k].message: found.place[k] for k in range(len(found.findings))}
+    (at,) = (place for message, place in places.items() if message.startswith("the cutter"))
+    assert found.line[at] == 6
+    assert found.tip[at] == pytest.approx([25.0, 0.0, 58.0], abs=0.6)  # its radius before the clamp

@@ -76,3 +76,8 @@ class Pose(Struct, frozen=True, eq=False):
     axis: Array
     tool_length: Array
     segment: Ints = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+
+    def take(self, rows: Ints) -> "Pose":
+        """Some of the rows."""
+        platform = Platform(self.platform.position[rows], self.platform.angles[rows])
+        return Pose(self.q[rows], platform, self.tip[rows], self.axis[rows], self.tool_length[rows], self.segment[rows])

@@ -32,28 +32,40 @@
   byId("code-size").style.height = ROW * lines.length + "px";
   byId("code-size").style.minWidth = Math.min(7 + lines.reduce((most, line) => Math.max(most, line.length), 0), 120) + "ch";
   let lineNow = 0, onPaper = false;
-  // so many lines of the program are on the sheet
-  const PAPER_LINES = 50;
+  // so many lines of the program are printed: of more, the first ones, and those about changes of tools, stops and findings
+  const PAPER_LINES = 300, PAPER_FIRST = 50, PAPER_NEAR = 4;
+  function listPaperRows() {
+    const all = lines.map((_, row) => row);
+    if (lines.length <= PAPER_LINES) return all;
+    const kept = new Set(all.slice(0, PAPER_FIRST));
+    for (const line of [data.firstLine, ...data.marks.map(one => one[0]), ...data.stops]) {
+      const row = rowOf(line);
+      if (!line || kept.size > PAPER_LINES - 2 * PAPER_NEAR) continue;
+      for (let k = Math.max(row - PAPER_NEAR, 0); k <= Math.min(row + PAPER_NEAR, lines.length - 1); k++) kept.add(k);
+    }
+    return [...kept].sort((a, b) => a - b);
+  }
   function drawCode() {
-    const pane = byId("code"), isCut = onPaper && lines.length > 2 * PAPER_LINES;
-    // of a program that cannot be read the lines about its first error
-    const from = isCut && !n ? Math.min(Math.max(rowOf(data.firstLine) - PAPER_LINES / 2, 0), lines.length - PAPER_LINES) : 0;
-    const first = onPaper ? from : Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
-    const last = Math.min(first + (isCut ? PAPER_LINES : onPaper ? lines.length : Math.ceil(pane.clientHeight / ROW) + 10), lines.length), rows = [];
-    byId("left-out").hidden = !isCut;
-    byId("left-out").textContent = `These are the lines ${numberOf(first)} to ${numberOf(last - 1)} of ${data.programLines}; the others are not printed.`;
-    for (let row = first; row < last; row++) {
+    const pane = byId("code"), first = Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0), rows = [];
+    const last = Math.min(first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length);
+    const shown = onPaper ? listPaperRows() : Array.from({ length: Math.max(last - first, 0) }, (_, k) => first + k);
+    byId("left-out").hidden = !onPaper || shown.length === lines.length;
+    byId("left-out").textContent = `Printed are ${shown.length} of ${data.programLines} lines: the first ${PAPER_FIRST}, and those about changes of tools, stops and findings.`;
+    shown.forEach((row, k) => {
       const element = document.createElement("div"), number = numberOf(row);
       const mark = data.marks.find(one => number >= one[0] && number <= one[1]);
       if (mark) element.className = mark[2];
       if (number === lineNow) element.setAttribute("aria-current", "true");
-      element.append(text("span", number), " " + lines[row]);
+      if (k && row > shown[k - 1] + 1) element.classList.add("gap");
+      // no line ends behind a minus
+      element.append(text("span", number), " ", ...lines[row].split(/(\S+-\S+)/).map((part, i) => i % 2 ? Object.assign(text("b", part), { className: "word" }) : part));
       element.dataset.line = number;
       rows.push(element);
-    }
-    // three columns of paper have room for so many characters each; a few lines may be broken
-    const long = lines.slice(first, last).filter(line => line.length > 30).length;
-    byId("code-lines").classList.toggle("narrow", long <= 0.1 * (last - first));
+    });
+    // three columns of paper have room for so many characters each; a few lines may be broken; a short text is on one page
+    const long = shown.filter(row => lines[row].length > 28).length;
+    byId("code-lines").classList.toggle("narrow", long <= 0.1 * shown.length);
+    byId("code-lines").classList.toggle("few", shown.length <= 70);
     byId("code-lines").style.top = first * ROW + "px";
     byId("code-lines").replaceChildren(...rows);
   }

@@ -113,10 +113,12 @@ const Charts = (() => {
       return topOf(chart) + (lane + 1) * room - 0.5 * gap - (value - chart.bounds[0]) / (chart.bounds[1] - chart.bounds[0]) * (room - gap);
     };
 
-    function curve(chart, one, lane, context, width, height) {
+    function curve(chart, one, k, context, width, height) {
+      const lane = chart.lanes ? k : 0, above = chart.lanes ? 0 : chart.series.length - 1 - k;
       const first = Math.max(search(one.x, view.low / tick) - 1, 0), last = Math.min(search(one.x, view.high / tick) + 1, one.x.length);
       context.strokeStyle = one.colour;
-      context.lineWidth = one.wide || 1.25;
+      // of joints with equal curves each shows beside the next one, which is above it
+      context.lineWidth = one.wide || 1.25 + above * Math.min(1, 3 / chart.series.length);
       context.setLineDash(one.dash || []);
       context.beginPath();
       let open = false, column = null, low = 0, high = 0, end = 0;
@@ -128,10 +130,10 @@ const Charts = (() => {
         open = true;
       };
       const dense = last - first > 2 * width;
-      for (let k = first; k < last; k++) {
-        const value = one.y[k];
+      for (let i = first; i < last; i++) {
+        const value = one.y[i];
         if (!Number.isFinite(value)) { put(); column = null; open = false; continue; }
-        const x = px(one.x[k] * tick, width), y = py(chart, value, height, lane), at = dense ? Math.round(x) : x;
+        const x = px(one.x[i] * tick, width), y = py(chart, value, height, lane), at = dense ? Math.round(x) : x;
         if (column !== null && at === column) { if (y < low) low = y; if (y > high) high = y; end = y; continue; }
         put();
         column = at; low = high = end = y;
@@ -181,7 +183,7 @@ const Charts = (() => {
             context.fillRect(a, topOf(chart), Math.max(b - a, 0.6), height - topOf(chart) - BOTTOM);
           }
         }
-        (chart.series || []).forEach((one, k) => curve(chart, one, chart.lanes ? k : 0, context, width, height));
+        (chart.series || []).forEach((one, k) => curve(chart, one, k, context, width, height));
         const x = px(cursor, width);
         context.strokeStyle = style("--line");
         context.lineWidth = 1;

@@ -21,7 +21,15 @@ from verne_post.output.commands import find_run
 from verne_post.output.findings import list_remedies
 from verne_post.report.alignment import Stretch, align_lines
 from verne_post.report.head import list_setup, name_verdict, write_title_html
-from verne_post.report.markup import count, escape_names, escape_text, join_few, write_css_string, write_table
+from verne_post.report.markup import (
+    count,
+    escape_code,
+    escape_names,
+    escape_text,
+    join_few,
+    write_css_string,
+    write_table,
+)
 from verne_post.report.modal import describe_feed
 from verne_post.report.pack import Pack
 from verne_post.report.page import fill_page, write_json_in_html
@@ -485,7 +493,7 @@ def _write_text(side: Side, first: int, last: int) -> str:
     texts = (line.decode("utf-8", errors="replace").strip() for line in shown)
     lines = [text if len(text) <= _LINE_CHARACTERS else text[: _LINE_CHARACTERS - 3] + "..." for text in texts]
     left = last - first - len(lines)
-    return "<br>".join(map(escape_text, lines)) + (f"<br><small>and {left} more</small>" if left else "")
+    return "<br>".join(map(escape_code, lines)) + (f"<br><small>and {left} more</small>" if left else "")
 
 
 def _list_feeds(side: Side, first: int, last: int) -> list[str]:

@@ -5,7 +5,7 @@ from verne_post.model.verdict import find_exit_status, find_verdict
 from verne_post.output.causes import count_causes
 from verne_post.output.summary import describe_time, list_absent_bodies, list_facts, list_unchecked
 from verne_post.report.markup import count, escape_names, escape_text, join_few
-from verne_post.report.sheet import list_offsets, list_tools
+from verne_post.report.sheet import TO_BE_MEASURED, list_offsets, list_tools
 from verne_post.report.table import Study
 
 
@@ -61,10 +61,30 @@ def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
 
 
 def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
-    """Tool length and work offset in a few words."""
-    tools = [f"{tool}: {used} mm".removeprefix("not named: ") for _number, tool, used, _diameter in list_tools(study)]
-    offsets = [
-        f"{name} at {', '.join(place)} mm" + (f", turned {turn} deg" if float(turn or 0) else "")
-        for name, *place, turn, _source in list_offsets(machine, study)
+    """Tool length and work offset in a few words; what is to be measured comes last, with where it is measured."""
+    tools, open_tools, offsets, open_offsets = [], [], [], []
+    for _number, tool, used, _diameter in list_tools(study):
+        if used == TO_BE_MEASURED:
+            open_tools.append(tool)
+        else:
+            tools.append(f"{tool}: {used} mm".removeprefix("not named: "))
+    for name, *place, turn, source in list_offsets(machine, study):
+        if source == TO_BE_MEASURED:
+            open_offsets.append(name)
+        else:
+            turned = f", turned {turn} deg" if float(turn or 0) else ""
+            offsets.append(f"{name} at {', '.join(place)} mm{turned}")
+    none = "not given" if study.program is None else "none"
+    zero = machine.coordinates.zero_point
+    return [
+        (what, f"{join_few(given)}; {left}" if given and left else left or join_few(given, none=none))
+        for what, given, left in (
+            ("tool length", tools, _describe_open(open_tools, "from the gauge line to the tip")),
+            ("work offset", offsets, _describe_open(open_offsets, f"from {zero} to the part zero")),
+        )
     ]
-    return [("tool length", join_few(tools)), ("work offset", join_few(offsets))]
+
+
+def _describe_open(names: list[str], whence: str) -> str:
+    """What is to be measured, and where; empty where nothing is."""
+    return f"{', '.join(names)} {TO_BE_MEASURED}, {whence}" if names else ""

@@ -22,6 +22,11 @@ def escape_values(text: str) -> str:
     return re.sub(r"(?<=\d) (?=(?:%|mm|s|deg)(?![\w]))", "\N{NO-BREAK SPACE}", escape_text(text))
 
 
+def escape_code(text: str) -> str:
+    """Escape a line of a program for HTML in which no line ends behind a minus, as in A-15."""
+    return re.sub(r"(?<!\S)[^\s-]*+-\S*+", r"<b class=word>\g<0></b>", escape_text(text))
+
+
 def escape_names(text: str) -> str:
     """Escape text for HTML in which lines end inside the name of a file only behind its signs, as in part_1.nc.toml."""
     return re.sub(r"(?<=\w)(_(?=\w)|[.-](?=[^\W\d]))", r"\1<wbr>", escape_text(text))
@@ -44,7 +49,7 @@ def count(number: int, what: str) -> str:
     return format_count(number, what) if number else f"no {what}s"
 
 
-def join_few(texts: list[str], more: str = "more on the set-up sheet") -> str:
+def join_few(texts: list[str], more: str = "more on the set-up sheet", none: str = "none") -> str:
     """Join as many texts as the head has room for; the set-up sheet has all."""
     rest = len(texts) - _SHOWN
-    return "; ".join([*texts[:_SHOWN], *([f"{rest} {more}"] if rest > 0 else [])]) or "none"
+    return "; ".join([*texts[:_SHOWN], *([f"{rest} {more}"] if rest > 0 else [])]) or none

@@ -62,6 +62,7 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     data = _pack_study(pack, machine, study)
     data["programLines"], data["numbered"] = _pack_text(pack, source, study)
     data["first"], data["firstLine"] = _find_opening(study)
+    data["stops"] = _list_stops(study)
     data["arrays"] = pack.contents
     data["marks"] = [
         [line, item.last_line or line, item.severity, item.code]
@@ -99,6 +100,12 @@ def _find_opening(study: Study) -> tuple[int, int]:
     frames = [int(study.place[index]) for cause in refusing for index in cause.indices]
     line = next((line for line in (find_own_line(one.first) for one in refusing) if line), 0)
     return next((frame for frame in frames if frame >= 0), 0), line if frames[0] < 0 else 0
+
+
+def _list_stops(study: Study) -> list[int]:
+    """Lines at which a tool comes or the machine waits for a person."""
+    events = () if study.program is None else study.program.moves.events
+    return sorted({event.line for event in events if event.waits(optional_stop=True)})
 
 
 def fill_page(name: str, files: Sequence[str], parts: Mapping[str, str]) -> str:

@@ -1,6 +1,7 @@
 """The report as a picture: path, positions and shares of the limits. Needs matplotlib (extra ``plot``)."""
 
-from typing import Final
+from collections.abc import Iterable
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,6 +14,11 @@ from verne_post.report.table import Study
 from verne_post.report.worst import iterate_shares
 
 _SIZE: Final = (11.0, 8.0)
+#: Width of a curve, in points; the curve of another joint below it is wider by a step, so that both show where they are
+#: equal. All steps together are no wider than the last of these.
+_WIDTH: Final = 0.6
+_STEP: Final = 0.8
+_STEPS: Final = 2.4
 #: Beside the panel: in it, a legend hides curves.
 _LEGEND: Final = {"fontsize": 7, "loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
 
@@ -44,22 +50,25 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
     n = len(machine.columns)
     for row, joints in enumerate((range(n - 2), range(n - 2, n))):
         axes = figure.add_subplot(grid[row, 1])
-        for joint in joints:
-            curve = study.curves["position"][joint]
-            axes.plot(curve.x, curve.values, lw=0.8, color=f"C{joint}", label=machine.columns[joint].joint)
+        curves = [study.curves["position"][joint] for joint in joints]
+        _plot_joints(axes, machine, joints, [(curve.x, curve.values) for curve in curves])
         axes.set_ylabel(f"position {machine.columns[joints[0]].unit}", fontsize=7)
-        axes.legend(**_LEGEND)
-        axes.tick_params(labelsize=7)
     for row, name in enumerate(names, start=2):
         axes = figure.add_subplot(grid[row, 1])
-        for joint, (x, share) in enumerate(iterate_shares(machine, study, name)):
-            axes.plot(x, share, lw=0.5, color=f"C{joint}", label=machine.columns[joint].joint)
-        axes.legend(**_LEGEND)
+        _plot_joints(axes, machine, range(n), iterate_shares(machine, study, name))
         axes.axhspan(-100, 100, color="#27ae60", alpha=0.08)
         axes.set_ylabel(f"{name} %", fontsize=7)
-        axes.tick_params(labelsize=7)
     figure.axes[-1].set_xlabel("time, s" if study.timed else "path, mm")
     return picture(figure, suffix)
+
+
+def _plot_joints(axes: Any, machine: Machine, joints: range, curves: Iterable[tuple[Array, Array]]) -> None:
+    """Draw a curve of each joint, with a legend; where two are equal, both are seen."""
+    step = min(_STEP, _STEPS / len(joints))
+    for above, joint, (x, values) in zip(range(len(joints))[::-1], joints, curves, strict=True):
+        axes.plot(x, values, lw=_WIDTH + above * step, color=f"C{joint}", label=machine.columns[joint].joint)
+    axes.legend(**_LEGEND)
+    axes.tick_params(labelsize=7)
 
 
 def find_violations(study: Study) -> Array:

@@ -199,7 +199,7 @@ const Scene = (() => {
       carrier.updateMatrixWorld(true);
       tip.position.copy(blend("tip", i, j, share, 0));
     }
-    const tipInScene = () => tip.getWorldPosition(new THREE.Vector3());
+    const UPRIGHT = new THREE.Vector3(0, 0, 1), tipInScene = () => tip.getWorldPosition(new THREE.Vector3());
 
     // what the machine fills in all its poses
     const whole = new THREE.Box3();
@@ -251,11 +251,25 @@ const Scene = (() => {
       table.face.color.setHex(COLOURS.table);
       if (tableBeyond) table.face.color.lerp(new THREE.Color(COLOURS.bad), on ? 0.2 : 1);
     }
+    // an eye near the path sees the side of the table that the part is on: from behind it goes round the upright
+    function face(direction) {
+      const normal = new THREE.Vector3().setFromMatrixColumn(carrier.matrix, 2), level = Math.hypot(direction.x, direction.y) * Math.hypot(normal.x, normal.y);
+      if (level < 1e-9 || direction.dot(normal) > 0.1 * direction.length()) return direction;
+      const most = Math.acos(Math.min(Math.max((0.5 * direction.length() - direction.z * normal.z) / level, -1), 1));
+      const angle = Math.atan2(normal.x * direction.y - normal.y * direction.x, normal.x * direction.x + normal.y * direction.y);
+      return direction.applyAxisAngle(UPRIGHT, Math.min(Math.max(angle, -most), most) - angle);
+    }
+    function faceTable() {
+      for (const [eye, turned] of through ? [[camera, controls], [follower, following]] : [[follower, following]]) {
+        eye.position.copy(face(eye.position.clone().sub(turned.target)).add(turned.target));
+        turned.update();
+      }
+    }
     let through = false;
     const standBack = (direction, upright) => { through = false; frameUp(corners(whole), direction, upright); };
     const VIEWS = {
       fit: () => standBack(new THREE.Vector3(0.8, -1.3, 0.28)),
-      part: () => { through = true; frameUp(pathPoints(), new THREE.Vector3(0.7, -1.2, 0.7)); },
+      part: () => { through = true; frameUp(pathPoints(), face(new THREE.Vector3(0.7, -1.2, 0.7))); },
       // looking down, y is upright until the scene is turned
       top: () => standBack(new THREE.Vector3(0, -0.0001, 1), [0, 1, 0]),
       front: () => standBack(new THREE.Vector3(0, -1, 0)),
@@ -264,7 +278,7 @@ const Scene = (() => {
     function look() {
       through = true;
       camera.up.set(0, 0, 1);
-      stand(tipInScene(), new THREE.Vector3(0.75, -1.2, 0.45).normalize(), Math.max(5 * Math.min(size, 160), 500));
+      stand(tipInScene(), face(new THREE.Vector3(0.75, -1.2, 0.45).normalize()), Math.max(5 * Math.min(size, 160), 500));
     }
     // cuts, part and stock
     const around = Object.values(bodies).reduce((all, one) => {
@@ -272,14 +286,14 @@ const Scene = (() => {
       one.mesh.geometry.computeBoundingBox();
       return all.union(one.mesh.geometry.boundingBox.clone().applyMatrix4(one.mesh.matrix));
     }, pathBox.clone());
-    // the close-up shows a part of them about the tip; while the tool is away, the place that is nearest to it; on paper all of them
+    // the close-up shows a part of them about the tip; while the tool is away, also the place that is nearest to it; on paper all of them
     const least = Math.max(size / 9, 6), hides = () => wide > least / 2;
     let needed = 1;
     function follow() {
       // and as wide as the cutter
       const reach = Math.max(least, 1.3 * wide), near = pathBox.clone().expandByScalar(reach);
       const onPaper = document.documentElement.classList.contains("paper"), middle = near.clampPoint(tip.position, new THREE.Vector3());
-      const seen = onPaper ? around : new THREE.Box3().setFromCenterAndSize(middle, new THREE.Vector3(2, 2, 2).multiplyScalar(reach));
+      const away = middle.distanceTo(tip.position), seen = onPaper ? around : new THREE.Box3().setFromPoints([middle, tip.position]).expandByScalar(Math.max(reach, 0.1 * away));
       const centre = seen.getCenter(new THREE.Vector3()).applyMatrix4(carrier.matrix);
       const forward = follower.position.clone().sub(following.target), nearness = forward.length() / needed;
       needed = distanceToSee(corners(seen).map(p => p.applyMatrix4(carrier.matrix)), centre, forward.normalize(), follower);
@@ -374,7 +388,7 @@ const Scene = (() => {
     }
 
     return {
-      pose, draw, render, paint, resize, pick, probe, showBody, bodies: Object.keys(bodies), look, camera, tipInScene, reached: () => reached,
+      pose: (...where) => { pose(...where); faceTable(); }, draw, render, paint, resize, pick, probe, showBody, bodies: Object.keys(bodies), look, camera, tipInScene, reached: () => reached,
       view: name => VIEWS[name](), show: on => { solids.visible = on; draw(); }, showAxes: on => { axes.visible = on; draw(); },
       showRapids: on => { rapids.visible = on; draw(); },
       dark: on => { for (const [light, strength] of lights) light.intensity = (on ? 0.75 : 1) * strength; tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0xffffff : 0x5a636c); draw(); },

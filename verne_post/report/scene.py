@@ -5,12 +5,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from verne_post.app.assemble import Program, build_interpreter_setup
+from verne_post.app.assemble import Program
+from verne_post.app.constraints import guard_joints
 from verne_post.base.arrays import Array
 from verne_post.kinematics.chain.carried import CarriedMachine
 from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.sliding import SlidingMachine
-from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, measure_own_stock
+from verne_post.kinematics.checks.keep_out import KeepOut, Placed, measure_own_stock
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
@@ -85,11 +86,10 @@ def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
     if program is None:
         return ()
     try:
-        frames = build_interpreter_setup(program.machine, program.options).frames
-        keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
+        keep_out = guard_joints(program).keep_out
     except InputError:  # among the findings already
         return ()
-    return () if keep_out is None else keep_out.obstacles
+    return keep_out.obstacles if isinstance(keep_out, KeepOut) else ()
 
 
 def list_surfaces(machine: Machine, study: Study) -> tuple[list[Surface], str]:

@@ -10,9 +10,11 @@ const Shared = (() => {
     }
     return found;
   }
-  const LIGHT = ["#0067a8", "#b36b00", "#007a55", "#a63d86", "#c44900"], DARK = ["#5db4f0", "#f2b04a", "#3fcf9f", "#e592c9", "#ff8f57"];
+  // as many as a hexapod has joints
+  const LIGHT = ["#0067a8", "#b36b00", "#007a55", "#a63d86", "#c44900", "#5a3fc0", "#6a7400", "#0a8a9c"];
+  const DARK = ["#5db4f0", "#f2b04a", "#3fcf9f", "#e592c9", "#ff8f57", "#b3a2ff", "#c6d055", "#5fdbe8"];
   const dark = () => document.documentElement.dataset.theme === "dark";
-  const jointColour = k => (dark() ? DARK : LIGHT)[k % 5];
+  const jointColour = k => (dark() ? DARK : LIGHT)[k % LIGHT.length];
   const channels = colour => [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16));
   const hex = rgb => "#" + rgb.map(value => Math.round(value).toString(16).padStart(2, "0")).join("");
   function mix(a, b, share) { const x = channels(a), y = channels(b); return hex(x.map((value, k) => value + share * (y[k] - value))); }

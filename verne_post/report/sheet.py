@@ -36,6 +36,8 @@ _LONG_PLACE: Final = 30
 _SHEET_ROWS: Final = 16
 #: Of a diameter.
 _NOT_GIVEN: Final = "not given"
+#: Of a length or an offset that the set-up leaves open.
+TO_BE_MEASURED: Final = "to be measured"
 #: Of an offset that neither a file nor an option of the command line gives.
 _GIVEN: Final = "given"
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
@@ -233,7 +235,7 @@ def list_tools(study: Study) -> list[tuple[int, str, str, str]]:
 
 def _format_length(tool: Tool) -> str:
     """The length of a tool of the set-up, mm, or that it is not known."""
-    return "to be measured" if tool.unmeasured else f"{tool.offset[2]:g}"
+    return TO_BE_MEASURED if tool.unmeasured else f"{tool.offset[2]:g}"
 
 
 def _describe_carried(study: Study) -> str:
@@ -259,7 +261,7 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
         given = {
             system: (*(f"{value:g}" for value in offset.origin_mm), f"{offset.turn_deg:g}", offset.source or _GIVEN)
             for system, offset in options.wcs.items()
-        } | dict.fromkeys(options.unmeasured_wcs, ("", "", "", "", "to be measured"))
+        } | dict.fromkeys(options.unmeasured_wcs, ("", "", "", "", TO_BE_MEASURED))
         return [(name_system(system), *cells) for system, cells in sorted(given.items())]
     move = program.path.move
     used = find_used(program.moves.frame[move[move >= 0]]).tolist()

@@ -12,6 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
+from verne_post.app.constraints import guard_joints
 from verne_post.app.convert import convert_program
 from verne_post.app.line_facts import RATES
 from verne_post.app.machined import place_on_table
@@ -21,10 +22,12 @@ from verne_post.base.columns import BLOCK_ROWS, GrowingTable, iterate_blocks, su
 from verne_post.base.long_text import Text
 from verne_post.base.rotations import find_axis_of_angles, rotate_z
 from verne_post.base.team import work_together
+from verne_post.kinematics.checks.clearance import list_clearances
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
+from verne_post.model.poses import Pose
 from verne_post.model.protocols import turn_from_setup
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.verdict import Machined
@@ -40,6 +43,8 @@ from verne_post.toolpath.margins import list_margin_functions
 FRAMES: Final = 2000
 #: Points of each element of a program that is refused, ends included.
 _ELEMENT_POINTS: Final = 9
+#: Findings about distances between bodies.
+_NEARNESS: Final = ("VP211", "VP212", "VP213", "VP214", "VP215")
 #: Cosine of the angle within which a spindle lies along a direction: never along two at right angles.
 ALONG: Final = 0.9
 
@@ -202,7 +207,7 @@ class _Collector:
             samples.speed,
             margin,
             nearest,
-            self._move[samples.segment],
+            samples.segment,
             alpha,
         )
         self._frames.append(tuple(column[frame] for column in kept))
@@ -243,7 +248,7 @@ class _Collector:
     ) -> Study:
         """Solve the mechanism at the frames, and join all blocks."""
         machine, timed = self.machine, result.ok
-        x, line, q, tool_length, tip, angles, speed, margin, nearest, move, alpha_deg = _join(self._frames)
+        x, line, q, tool_length, tip, angles, speed, margin, nearest, segment, alpha_deg = _join(self._frames)
         five_axis = machine.five_axis
         platform, _ok = five_axis.find_platform(np.where(np.isfinite(q), q, 0.0))
         part, position = machine.coordinates.part_frame, platform.position
@@ -256,7 +261,9 @@ class _Collector:
         basis = np.stack([platform.turn(axis) for axis in (aside / np.linalg.norm(aside), -along)], axis=1) @ up
         rods = sketch_rods(machine, q, platform) @ up
         curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
-        place, place_tip = self._find_places(x, line.astype(np.int64), tip, result.part)
+        axis = find_axis_of_angles(angles[:, 0], angles[:, 1])
+        pose = Pose(q, platform, tip, axis, tool_length, segment)
+        place, place_tip = self._find_places(x, line.astype(np.int64), pose, result.part)
         stretch, on_line, at, how_fast, how_far, rapid = _join(self._trail)
         trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far), rapid)
         return Study(
@@ -275,12 +282,12 @@ class _Collector:
             curves,
             trail,
             tip @ part,
-            find_axis_of_angles(angles[:, 0], angles[:, 1]) @ part,
+            axis @ part,
             speed,
             margin,
             nearest,
             self._margin_names,
-            move,
+            self._move[segment],
             alpha_deg,
             nose @ up,
             position @ up,
@@ -293,12 +300,12 @@ class _Collector:
             result.part,
         )
 
-    def _find_places(self, x: Array, line: Ints, tip: Array, part: Machined | None) -> tuple[NDArray[np.intp], Array]:
+    def _find_places(self, x: Array, line: Ints, pose: Pose, part: Machined | None) -> tuple[NDArray[np.intp], Array]:
         """Find the frame and the tip of each finding: the worst of its line, or where a contact begins.
 
         Of a gouge or excess the tip is the place on the part.
         """
-        place, tips = np.full(len(self.findings), -1, dtype=np.intp), np.full((len(self.findings), 3), np.nan)
+        place, tips, tip = np.full(len(self.findings), -1), np.full((len(self.findings), 3), np.nan), pose.tip
         for index, item in enumerate(self.findings):
             worst = self._worst.get(_find_worst_line(item))
             if worst is not None:
@@ -309,6 +316,8 @@ class _Collector:
                 contact = turn_from_setup(self.machine.coordinates, np.array(item.contact))
                 away = np.linalg.norm(tip[on_line] - contact, axis=1)
                 place[index], tips[index] = on_line[np.nan_to_num(away, nan=np.inf).argmin()], contact
+        for index, frame in self._find_contacts(line, pose):
+            place[index], tips[index] = frame, tip[frame]
         asked = self.program.options.part
         if part is not None and asked is not None:
             origin, turn = place_on_table(self.program, asked.name, asked.system)
@@ -319,6 +328,32 @@ class _Collector:
                     here = line if item.line is not None else np.zeros_like(line)
                     place[index] = find_frames(tip, here, at[None], np.array([max(_find_worst_line(item), 0)]))[0]
         return place, tips
+
+    def _find_contacts(self, line: Ints, pose: Pose) -> Iterator[tuple[int, int]]:
+        """Findings of bodies that come too near to each other, each with the frame where that begins.
+
+        Where it happens between two frames, this is the frame where they are nearest.
+        """
+        asked = [index for index, item in enumerate(self.findings) if item.code in _NEARNESS and item.line is not None]
+        for model in list_clearances(guard_joints(self.program), meshes=True) if asked else ():
+            for index in asked:
+                item = self.findings[index]
+                own = [k for k, one in enumerate(model.names) if one.code == item.code and _is_about(item, one.name)]
+                first = item.line or 0
+                frames = np.flatnonzero((line >= first) & (line <= (item.last_line or first)))
+                frames = frames[np.isfinite(pose.q[frames]).all(axis=1)]
+                if own and len(frames):
+                    error = item.severity == "error"
+                    limits = [one.error_below if error else one.warn_below for one in model.names]
+                    excess = model.evaluate(pose.take(frames))[0] - limits + model.slack
+                    nearest = excess[:, own].min(axis=1)
+                    below = np.flatnonzero(nearest < 0)
+                    yield index, int(frames[below[0] if len(below) else nearest.argmin()])
+
+
+def _is_about(item: Finding, name: str) -> bool:
+    """Whether a finding is about a distance of this name."""
+    return item.quantity == name or item.message.startswith(name)
 
 
 def _turn_table(machine: Machine, q: Array) -> tuple[Array, Array]:

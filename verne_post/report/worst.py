@@ -21,7 +21,7 @@ from verne_post.output.commands import find_run
 from verne_post.output.findings import list_remedies
 from verne_post.part.sweep import Nearest
 from verne_post.part.verdict import find_line, find_tip
-from verne_post.report.markup import escape_text, escape_values
+from verne_post.report.markup import escape_code, escape_text, escape_values
 from verne_post.report.surfaces import find_frames
 from verne_post.report.table import Governing, Study
 
@@ -87,7 +87,7 @@ def quote_line(item: Finding, source: Text) -> str:
     word = re.match(r"\S*", after) if item.column else None
     wrong = word[0] if word else ""
     mark = f"<mark>{escape_text(wrong)}</mark>" if wrong else ""
-    return f"<code>{number} | {escape_text(before)}{mark}{escape_text(after[len(wrong) :])}</code>"
+    return f"<code>{number} | {escape_code(before)}{mark}{escape_code(after[len(wrong) :])}</code>"
 
 
 def write_places_html(machine: Machine, study: Study) -> str:
