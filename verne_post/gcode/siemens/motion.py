@@ -12,7 +12,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.affine import Split, find_table_map, split
 from verne_post.gcode.arcs import PLANES, build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.lengths import measure_length
-from verne_post.gcode.machining.machining import Machining, warn_of_other_plane
+from verne_post.gcode.machining.machining import Machining, name_word, warn_of_other_plane
 from verne_post.gcode.machining.spatial_arc import build_arc_through
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
@@ -389,8 +389,18 @@ class SiemensMotion:
             self._check_sizes(block, offsets)
             unit = self.modes.length
             is_scaled = scales != (1.0, 1.0)
+            plane_word = name_word(self.core, "plane", f"G{17 + state.plane}", block.line)
             arc = build_arc_from_center(
-                start, end, state.plane, clockwise, offsets, False, turns, unit=unit, is_scaled=is_scaled
+                start,
+                end,
+                state.plane,
+                clockwise,
+                offsets,
+                False,
+                turns,
+                plane_word=plane_word,
+                unit=unit,
+                is_scaled=is_scaled,
             )
         else:
             self._check_sizes(block, {"R": radius * abs(scales[0])})
