@@ -184,17 +184,17 @@ def _find_slips(
     i, j = offsets.get(one, 0.0), offsets.get(two, 0.0)
     d1, d2 = end[first] - start[first], end[second] - start[second]
     both = f"{one} and {two}"
-    tried = [] if is_scaled else [(f"{both} exchanged", (j, i), "")]
-    tried += [(f"{one} with the other sign", (-i, j), one), (f"{two} with the other sign", (i, -j), two)]
-    tried.append((f"{both} with the other sign", (-i, -j), ""))
+    trials = [] if is_scaled else [(f"{both} exchanged", (j, i), "")]
+    trials += [(f"{one} with the other sign", (-i, j), one), (f"{two} with the other sign", (i, -j), two)]
+    trials.append((f"{both} with the other sign", (-i, -j), ""))
     if not is_scaled and {one, two} <= set(offsets):
-        tried.append((f"{both} fit as coordinates of the centre", (i - start[first], j - start[second]), ""))
+        trials.append((f"{both} fit as coordinates of the centre", (i - start[first], j - start[second]), ""))
     gap = abs(math.hypot(i, j) - math.hypot(d1 - i, d2 - j))
     found = dict[tuple[float, float], _Slip]()
-    for what, (u, v), letter in tried:
+    for what, (u, v), letter in trials:
         radius = math.hypot(u, v)
-        allowed = min(allow_mismatch(radius, tolerance), _REST_OF_GAP * gap)
-        if radius >= ARC_R_TOO_SMALL_MM and abs(radius - math.hypot(d1 - u, d2 - v)) <= allowed:
+        allowed_rest = min(allow_mismatch(radius, tolerance), _REST_OF_GAP * gap)
+        if radius >= ARC_R_TOO_SMALL_MM and abs(radius - math.hypot(d1 - u, d2 - v)) <= allowed_rest:
             degrees = math.degrees(_measure_sweep(-u, -v, d1 - u, d2 - v, clockwise))
             found.setdefault((u, v), _Slip(what, (u, v), degrees, letter))
     return sorted(found.values(), key=lambda slip: slip.degrees > _HALF_TURN_DEG)
