@@ -136,15 +136,15 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("p.nc", "--tool-length", 60, "--wcs", "G54=0"), "G54=0: got 1 number, expected 3 (X,Y,Z), or 4 (X,Y,Z,C)"),
         # 4: a machine that is not there
         (
-            ("p.nc", *PLACE, "--machine", "vern"),
-            "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, "
-            "hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, "
-            "verne, verne_by_rods",
+            ("p.nc", *PLACE, "--machine", "nope"),
+            "file or directory; verne-post machine list prints the machines by name",
         ),
+        (("p.nc", *PLACE, "--machine", "vern"), "file or directory; did you mean verne?"),
         (("p.nc", *PLACE, "--machine", "VERNE.toml"), "; did you mean verne?"),
         (("p.nc", *PLACE, "--machine", "delta"), "; did you mean linear_delta?"),
         # 5: a misspelt option, a misspelt command
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
+        (("explain", "p.nc", 12), "a line of a program is one word with it: verne-post explain p.nc:12"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),
         (("wrods", "--help"), "wrods: no such file, and no command; verne-post --help lists the commands"),
         (("convert", "p.nc", "-o", "f.xlsx"), "the file would be csv in spite of its name; write -o f.csv"),

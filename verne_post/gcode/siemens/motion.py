@@ -70,6 +70,7 @@ class SiemensMotion:
         self._split = Split()
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
+        self.last_vector = (1.0, 0)  #: Length and line of the last A3= B3= C3=; line 0 before the first.
         self.last_cut = 0  #: Line of the last motion if X, Y or Z of the machine cut in it, else 0.
         self._is_length_told = False  #: The axis along which a tool length acts in G18 and G19.
         self._first_place = 0  #: Line of the first X, Y, Z after the last turn of the table without TRAORI, else 0.
