@@ -1148,6 +1148,13 @@ def test_a_siemens_program_is_told_in_its_own_words(offset, code, said):
         ("fanuc", "G95 G1 X5. F900.\nX9.", 6, "F is 900 mm a turn here: no cut has more than 20 mm a turn"),
         ("rs274", "G1 X5 F15000000", 6, "F is 15000000 mm/min here: no cut has more than 100000 mm/min"),
         ("siemens", "G95 G1 X5 F900", 6, "G95 of line 6 is active: if mm/min were meant, write G94 in its"),
+        (
+            "heidenhain",
+            "L X+5 R0 F0.4",
+            5,
+            "F is 0.4 mm/min here: no cut has less than 1 mm/min; if mm a turn were meant, write M136",
+        ),
+        ("siemens", "G1 X5 F0.4", 6, "if mm a turn were meant, write G95 before"),
         ("heidenhain", "L X+5 R0 F400 M136", 5, "M136 of line 5 is active: if mm/min were meant, write M137 in"),
         ("fanuc", "G95 G1 X5. F9.\nG94 X9. F20000.", None, ""),
         ("fanuc", "G1 X5. F1.5\nG95 G0 X9.", None, ""),
@@ -1163,7 +1170,7 @@ def test_a_feed_that_no_cut_has_is_told_once(dialect, cut, line, said):
         )
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
     told = [item for item in vp.check(text, "verne", options).findings if item.code == "VP505"]
-    severity = "error" if "a turn" in said or "mm/min were" in said else "warning"
+    severity = "error" if "a turn here" in said or "mm/min were" in said else "warning"
     assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, severity)])
     assert all(said in item.message for item in told)
 
@@ -1185,9 +1192,19 @@ def list_sizes(body):
         ("G1 Z2 F4.5\nX20 F500", None, ""),  # a slow plunge: 4500 mm/min is no feed rate of this program
         ("G1 Z2 F1.5\nX20 F900", None, ""),  # nor is this one more than slow
         ("G95 G1 Z2 F0.1\nG94 X20 F900", None, ""),
+        (
+            "G1 Z2 F.15\nX20",
+            6,
+            "F is 0.15 mm/min here: no cut has less than 1 mm/min; if mm a turn were meant, write G95",
+        ),
+        ("G1 Z2 F900\nX20 F.15", 7, "F is 0.15 mm/min here: no cut has less than 1 mm/min"),  # once
+        ("G1 Z2 F1\nX4 F1", None, ""),
+        ("G93 G1 Z2 F0.01", None, ""),
+        ("S600000 G1 Z2 F900", 6, "S600000: no spindle of a machine tool has more than 300000 1/min"),
+        ("S160000 G1 Z2 F900", None, ""),
     ],
 )
-def test_a_feed_in_m_per_min_is_told(cuts, line, said):
+def test_feeds_and_speeds_in_another_unit_are_told(cuts, line, said):
     told = list_sizes(f"G0 A0 C0 X0 Y0\nG43 Z50 H1\n{cuts}")
     assert [at for at, _text in told] == ([] if line is None else [line])
     assert all(said in text for _at, text in told)

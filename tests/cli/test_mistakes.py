@@ -136,15 +136,15 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("p.nc", "--tool-length", 60, "--wcs", "G54=0"), "G54=0: got 1 number, expected 3 (X,Y,Z), or 4 (X,Y,Z,C)"),
         # 4: a machine that is not there
         (
-            ("p.nc", *PLACE, "--machine", "vern"),
-            "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, "
-            "hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, "
-            "verne, verne_by_rods",
+            ("p.nc", *PLACE, "--machine", "nope"),
+            "file or directory; verne-post machine list prints the machines by name",
         ),
+        (("p.nc", *PLACE, "--machine", "vern"), "file or directory; did you mean verne?"),
         (("p.nc", *PLACE, "--machine", "VERNE.toml"), "; did you mean verne?"),
         (("p.nc", *PLACE, "--machine", "delta"), "; did you mean linear_delta?"),
         # 5: a misspelt option, a misspelt command
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
+        (("explain", "p.nc", 12), "a line of a program is one word with it: verne-post explain p.nc:12"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),
         (("wrods", "--help"), "wrods: no such file, and no command; verne-post --help lists the commands"),
         (("convert", "p.nc", "-o", "f.xlsx"), "the file would be csv in spite of its name; write -o f.csv"),
@@ -303,20 +303,51 @@ def test_where_no_tool_is_called_the_call_is_the_remedy(run: Callable[..., Any],
     assert "Write tool_length = MM in the first line of" in run("check", program).out
 
 
+OTHER_SIGN = "(I with the other sign), if that is meant: the radii agree then"
+
+
 @pytest.mark.parametrize(
     ("name", "arc", "said"),
     [
-        ("arc.nc", "G2 X10 Y0 I-5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
-        ("arc.nc", "G2 X10 Y10 I0 J-10", "; write J with the other sign, if that is meant: the radii agree then"),
-        ("arc.nc", "G91 G2 X10 Y0 I-5 J3", "; write I with the other sign, if that is meant: the radii agree then"),
-        ("arc.nc", "G20 G2 X1 Y0 I-0.5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
-        ("arc.nc", "G18 G2 X10 Z20 I-5 K0", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G2 X10 Y0 I-5 J0", f"; write I5 J0 {OTHER_SIGN}"),
+        (
+            "arc.nc",
+            "G3 X10 Y10 I0 J-10",
+            "; write I0 J10 (J with the other sign), if that is meant: the radii agree then",
+        ),
+        (
+            "arc.nc",
+            "G2 X10 Y10 I0 J-10",
+            "; write I0 J10 (J with the other sign), if that is meant: the radii agree then, on an arc of 270 deg",
+        ),
+        ("arc.nc", "G3 X-40 Y0 J-20", "; write I-20 J0 (I and J exchanged), if that is meant: the radii agree then"),
+        (
+            "arc.nc",
+            "G3 X-20 Y20 I0 J-20",
+            "; the radii agree with I-20 J0 (I and J exchanged: an arc of 90 deg), and with I0 J20 (J with the other "
+            "sign: an arc of 270 deg)",
+        ),
+        (
+            "arc.nc",
+            "G3 X-6 Y8 I3 J-4",
+            "; write I-3 J4 (I and J with the other sign), if that is meant: the radii agree then",
+        ),
+        # the end is so near that almost any centre fits
+        ("arc.nc", "G0 X12\nG3 X12 Y1 I-12 J0", ""),
+        (
+            "arc.nc",
+            "G91 G2 X10 Y0 I-5 J3",
+            "; the radii agree with I5 J-3 (I and J with the other sign: an arc of 118.1 deg), and with I5 J3 (I with "
+            "the other sign: an arc of 241.9 deg)",
+        ),
+        ("arc.nc", "G20 G2 X1 Y0 I-0.5 J0", f"; write I0.5 J0 {OTHER_SIGN}"),
+        ("arc.nc", "G18 G2 X10 Z20 I-5 K0", f"; write K0 I5 {OTHER_SIGN}"),
         ("arc.nc", "G2 X10 Y0 I-6 J0", ""),
         ("arc.nc", "G90.1 G2 X10 Y0 I-5 J0", ""),  # the centre is a place
-        ("arc.mpf", "G2 X10 Y0 I-5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.mpf", "G2 X10 Y0 I-5 J0", f"; write I5 J0 {OTHER_SIGN}"),
     ],
 )
-def test_an_offset_of_an_arc_with_the_wrong_sign_is_told(
+def test_slips_in_the_centre_of_an_arc_are_told(
     run: Callable[..., Any], tmp_path: Path, name: str, arc: str, said: str
 ) -> None:
     """Only both radii were told, and that they differ."""
@@ -330,15 +361,33 @@ def test_an_offset_of_an_arc_with_the_wrong_sign_is_told(
     assert ("Correct the end, the centre or the radius" in told.out) == (not said)
 
 
+@pytest.mark.parametrize("name", ["arc.nc", "arc.mpf"])
+@pytest.mark.parametrize("arcs", ["G3 X18 Y2 I-2\nG3 X16 Y0 I0 J-2", "G3 X16 Y0 I-2 J0\nX18 Y2 I2 J0\nX20 Y4 J2"])
+def test_the_word_of_another_plane_is_the_one_cause_of_its_arcs(
+    run: Callable[..., Any], tmp_path: Path, name: str, arcs: str
+) -> None:
+    """It was two errors of the words of the arcs, and only one named G18."""
+    head = "G18 G54 G90 G94 G21\nT1 M6\nG43\n" if name == "arc.nc" else "G18 G54 G90 G94 G710\nT1 D1\nM6\n"
+    program, options = tmp_path / name, ("--tool-length", 80, "--wcs", "G54=0,0,40")
+    text = f"{head}S900 M3\nG0 A0 C0\nX20 Y0 Z50\nG1 Z20 F300\n{arcs}\nM30\n"
+    program.write_text(text)
+    told = run("check", program, *options)
+    assert told.out.count(": VP") == 1, told.out
+    assert "G18 of line 1 is active" in told.out
+    assert ("write G17 before, if that is meant" in told.out) == (name == "arc.nc" or "I-2\n" in arcs), told.out
+    program.write_text(text.replace("G18", "G17"))
+    assert ": VP0" not in run("check", program, *options).out
+
+
 @pytest.mark.parametrize(
     ("name", "arc", "said"),
     [
         (
             "arc.nc",
             "G3 X20 Y30 I20 J20",
-            "I and J fit as coordinates of the centre: write I-10 J0, from the start to it",
+            "; write I-10 J0 (I and J fit as coordinates of the centre), if that is meant",
         ),
-        ("arc.mpf", "G3 X20 Y30 I=20 J=20", "I and J fit as coordinates of the centre: write I-10 J0, from the start"),
+        ("arc.mpf", "G3 X20 Y30 I=20 J=20", "; write I-10 J0 (I and J fit as coordinates of the centre)"),
         ("arc.nc", "G3 X20 Y30 I21 J20", ""),
         ("arc.nc", "G90.1 G3 X20 Y30 I-10 J0", ""),
         # the program has other values than those that are compared

@@ -547,11 +547,13 @@ def test_a_rapid_below_the_cuts_has_the_other_sign_as_a_choice(inspector: Inspec
 
 
 def test_a_centre_with_the_wrong_sign_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
-    text = f"{NGC}G1 X10 F500\nG2 X20 Y10 I0 J-10\nM30\n"
+    text = f"{NGC}G1 X10 F500\nG3 X20 Y10 I0 J-10\nM30\n"
     _message, underlined, made = look(inspector, tmp_path / "a.nc", text)
     path, new, settles = made["Write J10 in place of J-10 in line 5"]
     assert (underlined, path, settles) == ("J-10", tmp_path / "a.nc", False)
     assert new == text.replace("J-10", "J10")
+    # an arc of 270 deg is no edit
+    assert not any("J10" in title for title in look(inspector, tmp_path / "a.nc", text.replace("G3", "G2"))[2])
 
 
 @pytest.mark.parametrize(

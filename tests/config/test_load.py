@@ -535,17 +535,13 @@ def test_a_missing_file_is_named_with_the_machines_known(tmp_path):
     assert "verne" in item.message
 
 
-def test_an_unknown_machine_name_is_answered_with_the_known_ones():
+def test_an_unknown_machine_name_is_answered_with_the_nearest_one():
     with pytest.raises(InputError) as refused:
         load_machine("vernee")
     (item,) = refused.value.findings
     assert item.code == "VP501"
     assert "'vernee'" in item.message
-    assert (
-        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, "
-        "hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, verne, "
-        "verne_by_rods" in item.message
-    )
+    assert item.message.endswith("; did you mean verne?")
 
 
 def test_a_folder_is_no_machine_file(tmp_path):

@@ -463,6 +463,7 @@ def test_plain_lines_are_what_the_general_reader_makes_of_them(run):
         "L X+5 ; note ~\nY+7",
         "; note ~\nL X+5",
         "F200",
+        "L FMAX\nL X+5",
         "L X+5 ; RND R2",
         "; note\nRND R2\nL Y+30",
         "; one\n\n; two\nCHF 1\nL X+20 Y+30",

@@ -571,7 +571,8 @@ def test_heights_of_a_hole(
         (
             "G18\nG2 X10. Y0. I5. J0. F500.\nG81 X0. Y0. Z40. R45. F200.\nG80",
             "8",
-            "VP006 error: J does not belong to an arc in the ZX plane; G18 of line 7 is active (lines 8 to 9, 2 times)",
+            "VP006 error: J does not belong to an arc in the ZX plane; G18 of line 7 is active; the words fit an arc "
+            "in the plane of G17: write G17 before, if that is meant (lines 8 to 9, 2 times)",
         ),
     ],
 )

@@ -175,6 +175,46 @@ def test_stretches_with_tool_axes_are_their_lines(monkeypatch, machine, seed):
         assert (one.frames, one.fixes_c) == (other.frames, other.fixes_c)
 
 
+@pytest.mark.parametrize("word", ["TRAFOOF", "TRAO.I", "A5 C5", "G1 X1 A=5"])
+@pytest.mark.parametrize("head", ["", "G1 X0 Y0 Z0 F100\nTRAORI\nTRAFOOF\n"])
+def test_tool_axes_without_traori_are_told_of_any_number_of_lines(monkeypatch, word, head):
+    """A rotary word behind eight lines of them was an internal error, where they begin the program."""
+    text = head + "G1 X1 A3=0.1 B3=0 C3=0.99 F100\n" * (plain.MIN_LINES + 1) + f"{word}\nM30\n"
+    fast = view(text)[1]
+    monkeypatch.setattr(plain, "MIN_LINES", 10**9)
+    assert fast == view(text)[1]
+    assert any("without TRAORI" in item.message for item in fast)
+
+
+@pytest.mark.parametrize("least", [plain.MIN_LINES, 10**9])
+@pytest.mark.parametrize(
+    ("wrong", "size", "at"),
+    [
+        ("A3=0173648 B3=0 C3=0.98", 1.0, 11),
+        ("A3=0173648 B3=0 C3=0.98", 1.0, 0),
+        ("A3=0173648 B3=0 C3=0.98", 1.0, 39),
+        ("A3=1 B3=0 C3=3", 1.0, None),
+        ("A3=50 B3=0 C3=70", 1.0, None),
+        ("A3=1 B3=0 C3=-1730.5", 2000.0, None),  # such a post
+    ],
+)
+def test_a_tool_axis_that_has_lost_a_point_is_told(monkeypatch, least, wrong, size, at):
+    """The tool lay flat within one move, and nothing was said."""
+    monkeypatch.setattr(plain, "MIN_LINES", least)
+    rows = [f"X{number} A3=0 B3={0.1 * size:g} C3={0.9 * size:g}" for number in range(40)]
+    rows[11 if at is None else at] = f"X5 {wrong}"
+    moves, _errors = view("\n".join(["G1 X0 Y0 Z0 A0 C0 F100", "TRAORI", *rows, "M30"]))
+    told = [(item.line, item.message) for item in moves.findings if item.code == "VP505"]
+    assert [line for line, _text in told] == ([] if at is None else [at + 3])
+    assert all("have the length 173648 here and 0.905539 in line " in text for _line, text in told)
+
+
+@pytest.mark.parametrize(("line", "code"), [("G.0 X{}", "VP001"), ("N.5 X{}", "VP006")])
+def test_words_that_begin_with_a_point_are_told_in_stretches_too(line, code):
+    text = "\n".join(["G1 X0 Y0 Z0 F100", *(line.format(number) for number in range(20)), "M30"])
+    assert [(item.code, item.line) for item in view(text)[1]] == [(code, 2)]
+
+
 def test_lines_with_tool_axes_are_executed_as_arrays(stretches):
     rows = [f"X{number} A3=0.{number:02d} B3=-.1 C3=0.9" for number in range(40)]
     moves, errors = view("\n".join(["G1 X0 Y0 Z0 A0 C0 F100", "TRAORI", *rows, *(f"X{k} A1 C1" for k in range(9))]))

@@ -211,17 +211,31 @@ def _iterate_cuts(path: ToolPath, first: int) -> Iterator[Ints]:
 
 
 def _check_slow_feed(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
-    """VP505: the first cut at a feed rate that is mostly in m/min: others are so many times faster.
+    """VP505: the first cut at a feed rate that is mostly in m/min: others are so many times faster; or in mm a turn.
 
-    A tool may plunge along Z as slowly.
+    A tool may plunge along Z as slowly as some m/min are read, and no cut is as slow as mm a turn.
     """
-    first, fastest = -1, 0.0
+    first, first_below, fastest = -1, -1, 0.0
+    plausible = PLAUSIBLE["feed rate"]
     for move in cuts:
         move = move[moves.feed_mode[move] == FeedMode.PER_MINUTE]
         beside = (moves.end[move, :2] != moves.end[np.maximum(move - 1, 0), :2]).any(axis=1)
         slow = move[beside & (moves.feed[move] < _SLOW_FEED)]
         first = int(slow[0]) if first < 0 and len(slow) else first
+        below = move[moves.feed[move] < plausible.low]
+        first_below = int(below[0]) if first_below < 0 and len(below) else first_below
         fastest = max(fastest, float(moves.feed[move].max(initial=0.0)))
+    if first_below >= 0:
+        line = int(moves.line[first_below])
+        code = {"heidenhain": "M136", "aptcl": ""}.get(moves.language, "G95")
+        text = (
+            f"{_name_feed(moves)} is {moves.feed[first_below]:.10g} {plausible.unit} here: no {plausible.whose} has less "
+            f"than {plausible.low:g} {plausible.unit}; if mm a turn were meant, "
+            f"{f'write {code} before' if code else 'write MMPR in FEDRAT'}"
+        )
+        edits = (Remedy(f"write {code}", code, line=line, way="before", is_choice=True),) if code else ()
+        yield make_finding("VP505", text, line=line, last_line=line, worst_line=line, edits=edits)
+        return
     if first < 0 or fastest < _TIMES_FASTER * moves.feed[first]:
         return
     line, feed = int(moves.line[first]), moves.feed[first]

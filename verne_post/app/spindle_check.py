@@ -16,6 +16,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Moves, Selection, describe_tool, list_tool_changes
 from verne_post.model.options import Options
 from verne_post.model.part_setup import list_setup_names
+from verne_post.model.plausibility import PLAUSIBLE
 from verne_post.model.toolpath import SegmentKind, ToolPath
 
 #: How moves count while a stretch holds: the spindle turns; it stands, and no move counts; it was never started with
@@ -110,17 +111,28 @@ def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
 
 
 def check_highest_speed(moves: Moves, machine: Machine) -> Iterator[Finding]:
-    """VP055, a warning for each speed above the machine's: it is given at the move's line, or before it."""
-    told = set[float]()
-    for begin, end in iterate_blocks(len(moves) if math.isfinite(machine.spindle_rpm) else 0):
+    """VP055, a warning for each speed above the machine's: it is given at the move's line, or before it.
+
+    Where the machine file gives none, VP505: a speed that no spindle has.
+    """
+    told, plausible = set[float](), PLAUSIBLE["spindle speed"]
+    highest = machine.spindle_rpm if math.isfinite(machine.spindle_rpm) else plausible.high
+    for begin, end in iterate_blocks(len(moves)):
         block = moves.spindle[begin:end]
         speeds, first = np.unique(block, return_index=True)
         for speed, at in zip(speeds.tolist(), (first + begin).tolist(), strict=True):
-            if speed <= machine.spindle_rpm or speed in told:
+            if speed <= highest or speed in told:
                 continue
             told.add(speed)
             given = [line for line, move in moves.speeds if move <= at]
             line = given[-1] if given else int(moves.line[at])
+            if not math.isfinite(machine.spindle_rpm):
+                text = (
+                    f"S{speed:.10g}: no {plausible.whose} has more than {highest:.10g} {plausible.unit}; is a digit "
+                    "too many, or a decimal point missing?"
+                )
+                yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
+                continue
             text = (
                 f"S{speed:g} is above {machine.spindle_rpm:g} 1/min, max_speed_rpm of the machine file: a control "
                 "lowers the speed, or stops; write a lower S, and F in the same ratio"

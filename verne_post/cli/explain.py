@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Iterable
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from typing import Any, Final
 
 import click
@@ -25,7 +25,11 @@ class ExplainCommand(GroupedCommand):
     """A command whose argument may begin with a dash: line 12 of standard input is ``-:12``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Put such an argument after the options."""
+        """Put such an argument after the options; a line number that follows a file belongs to it."""
+        for name, number in pairwise(args):
+            if is_count(number) and os.path.isfile(name):
+                right = f"verne-post explain {show_name(name)}:{number}"
+                raise click.UsageError(f"a line of a program is one word with it: {right}", ctx)
         lines = [word for word in args if _LINE_OF_INPUT.fullmatch(word)]
         if lines and "--" not in args:
             args = [*(word for word in args if word not in lines), "--", *lines]

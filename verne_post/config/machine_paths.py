@@ -49,9 +49,9 @@ def find_machine_path(name_or_path: str | os.PathLike[str]) -> Path:
 
 
 def _suggest_names(named: str) -> str:
-    """What an error adds: the names that there are, and the one that was meant by a file of another name."""
+    """What an error adds: the name that was meant, or where the names are."""
     near = find_meant_machine(named)
-    return f"; machines by name: {', '.join(list_machine_files())}{f'; did you mean {near}?' if near else ''}"
+    return f"; did you mean {near}?" if near else "; verne-post machine list prints the machines by name"
 
 
 def find_meant_machine(named: str) -> str:
@@ -69,7 +69,7 @@ def read_machine_file(
     Raises
     ------
     InputError
-        VP501 with what it is; the names that there are, where a machine was ``named``.
+        VP501 with what it is; the name that is meant, where a machine was ``named``.
     """
     with _explain_read_errors(what, named):
         return read(path)

@@ -170,7 +170,7 @@ class PlainLines:
 
     def find_first_named(self, first: int, last: int, columns: list[int]) -> int:
         """The first line from ``first`` on that names one of the axes, or ``last``."""
-        if (self.row[last - 1, columns] < first).all():
+        if last <= first or (self.row[last - 1, columns] < first).all():
             return last
         return first + int((self.row[first:last, columns] >= first).any(axis=1).argmax())
 

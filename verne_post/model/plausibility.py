@@ -45,8 +45,9 @@ PLAUSIBLE: Final = {
     "cycle": Plausible(1e-5, 0.1, "s", "ms", 1e-3, "control"),
     "tip tolerance": Plausible(1e-5, 1.0, "mm", "um", 1e-3),
     "axis tolerance": Plausible(1e-4, 5.0, "deg", "arcsec", 1.0 / 3600.0),
-    # the program; cutters of high feed and coarse threads stay below
-    "feed rate": Plausible(0.0, 1e5, "mm/min", "um/min", 1e-3, "cut"),
+    # the program; cutters of high feed and coarse threads stay below; a bore or a thread at 5 mm/min stays above
+    "feed rate": Plausible(1.0, 1e5, "mm/min", "um/min", 1e-3, "cut"),
+    "spindle speed": Plausible(0.0, 3e5, "1/min", "krpm", 1e3, "spindle of a machine tool"),
     "dwell": Plausible(0.0, 60.0, "s", "ms", 1e-3, "cut"),
     "feed per turn": Plausible(0.0, 20.0, "mm a turn", "um a turn", 1e-3, "cut"),
     # the set-up of a part

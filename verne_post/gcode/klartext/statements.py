@@ -130,7 +130,7 @@ class KlartextText(ChunkedText):
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Scan plain lines: those that become G0 or G1 in words of RS274/NGC, and comments."""
         words = split_words(first_line, _translate_lines(text))
-        lines = PlainLines(words, self.setup)
+        lines = PlainLines(words, self.setup, bare_codes=False)
         rows = np.arange(words.n_lines)
         lines.plain &= (lines.row[:, _G] == rows) | (np.bincount(words.row, minlength=len(rows)) == 0)
         return Chunk(first_line, text, lines)

@@ -12,7 +12,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.affine import Split, find_table_map, split
 from verne_post.gcode.arcs import PLANES, build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.lengths import measure_length
-from verne_post.gcode.machining.machining import Machining, warn_of_other_plane
+from verne_post.gcode.machining.machining import Machining, name_word, warn_of_other_plane
 from verne_post.gcode.machining.spatial_arc import build_arc_through
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
@@ -70,6 +70,7 @@ class SiemensMotion:
         self._split = Split()
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
+        self.last_vector = (1.0, 0)  #: Length and line of the last A3= B3= C3=; line 0 before the first.
         self.last_cut = 0  #: Line of the last motion if X, Y or Z of the machine cut in it, else 0.
         self._is_length_told = False  #: The axis along which a tool length acts in G18 and G19.
         self._first_place = 0  #: Line of the first X, Y, Z after the last turn of the table without TRAORI, else 0.
@@ -389,8 +390,18 @@ class SiemensMotion:
             self._check_sizes(block, offsets)
             unit = self.modes.length
             is_scaled = scales != (1.0, 1.0)
+            plane_word = name_word(self.core, "plane", f"G{17 + state.plane}", block.line)
             arc = build_arc_from_center(
-                start, end, state.plane, clockwise, offsets, False, turns, unit=unit, is_scaled=is_scaled
+                start,
+                end,
+                state.plane,
+                clockwise,
+                offsets,
+                False,
+                turns,
+                plane_word=plane_word,
+                unit=unit,
+                is_scaled=is_scaled,
             )
         else:
             self._check_sizes(block, {"R": radius * abs(scales[0])})

@@ -22,6 +22,9 @@ _ROTARY: Final = "ABC"
 _FULL_TURN: Final = 360.0
 #: Tool axes may have any length but none.
 NO_AXIS: Final = 1e-6
+#: So many times longer is a tool axis, than one beside it, of which a number has lost its point: posts write three
+#: decimals and more.
+LOST_POINT: Final = 100.0
 
 
 class SiemensPlaces:
@@ -32,6 +35,7 @@ class SiemensPlaces:
         self.core = motion.core
         self.state = motion.state
         self.keys = motion.keys
+        self._is_long_told = False  #: The last tool axis was warned of.
         self._lines_without_tcp: dict[str, int] = {}  #: The first line that lacks TRAORI, for each message of it.
 
     def read_places(self, words: Words, block: At) -> dict[int, float]:
@@ -184,6 +188,7 @@ class SiemensPlaces:
                 "A3= B3= C3= with ORIMKS under a programmable frame count in directions of the machine; write ORIWKS, "
                 "or leave the frame out",
             )
+        self._compare_with_last(size, words.line, first.column)
         missing = [name for name, word in zip(("A3", "B3", "C3"), given, strict=True) if word is None]
         if "C3" in missing or (missing and abs(size - 1.0) > VECTOR_LENGTH):
             text = (
@@ -192,6 +197,18 @@ class SiemensPlaces:
             )
             self.motion.recorder.warn("VP044", text, words.line, first.column)
         return vector / size
+
+    def _compare_with_last(self, size: float, line: int, column: int) -> None:
+        """VP505: a tool axis is far longer than the one before or behind it: a number has lost its point."""
+        (size_before, line_before), self.motion.last_vector = self.motion.last_vector, (size, line)
+        if not line_before or 1.0 / LOST_POINT < size / size_before < LOST_POINT:
+            return
+        text = "A3= B3= C3= have the length {:.6g} here and {:.6g} in line {}: is a decimal point missing?"
+        if size > size_before:
+            self.motion.recorder.warn("VP505", text.format(size, size_before, line_before), line, column)
+        elif not self._is_long_told:
+            self.motion.recorder.warn("VP505", text.format(size_before, size, line), line_before, None)
+        self._is_long_told = size > size_before
 
     # --- centres of arcs --------------------------------------------------------------------------------
 

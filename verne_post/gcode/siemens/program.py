@@ -67,8 +67,8 @@ _STRUCTURE_WORDS: Final = (*_CLOSES, *_CLOSES.values(), "ELSE")
 #: Ends that no condition follows.
 _WITHOUT_VALUE: Final = ("ENDIF", "ENDFOR", "ENDWHILE", "ENDLOOP")
 
-#: What the reader of plain words would pass, and these controls do not: comments in brackets, G1.0.
-_NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
+#: What the reader of plain words would pass, and these controls do not: comments in brackets, G1.0, G.0, N.5.
+_NOT_PLAIN: Final = re.compile(rb"\(|(?<=[GgNn])\.|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
 #: A3= and so on, the letters that stand for them in the table of words, and what takes those letters away before.
 _VECTOR: Final = re.compile(rb"([ABC])3[ \t]*+=", re.IGNORECASE)
 _STANDS_FOR: Final = np.zeros(256, dtype=np.uint8)
@@ -90,8 +90,8 @@ def _mark_strange(text: bytes) -> bytes:
     """A chunk in which what is not plain here, but is in other dialects, has a character that no plain word has."""
     raw = np.frombuffer(text + b"\n\n\n", dtype=np.uint8)
     g = np.flatnonzero(raw[:-3] | _CASE == ord("g"))
-    point = (raw[g + 2] == _POINT) | ((raw[g + 1] == _ZERO) & (raw[g + 3] == _POINT))
-    if b"(" in text or point.any():
+    point = (raw[g + 1] == _POINT) | (raw[g + 2] == _POINT) | ((raw[g + 1] == _ZERO) & (raw[g + 3] == _POINT))
+    if b"(" in text or b"N." in text or b"n." in text or point.any():
         text = _NOT_PLAIN.sub(b"?", text)
     return mark_blanks_in_numbers(text)
 

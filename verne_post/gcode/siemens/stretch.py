@@ -13,7 +13,7 @@ from verne_post.gcode.plain_arcs import find_arcs
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.interpreter import MOTIONS, SiemensInterpreter
 from verne_post.gcode.siemens.motion import find_tangent_at_end
-from verne_post.gcode.siemens.places import NO_AXIS
+from verne_post.gcode.siemens.places import LOST_POINT, NO_AXIS
 from verne_post.gcode.text import Chunk
 
 _CODES: Final = {motion: code for code, motion in MOTIONS.items()}
@@ -66,6 +66,10 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> int | Non
     )
     if stretch == row:
         return None
+    if has_vectors:
+        assert chunk.lines.offsets is not None
+        size = float(measure_length(chunk.lines.offsets[stretch - 1]))
+        to.motion.last_vector = size, flow.calls.shown_line or line + stretch - row - 1
     to.modes.motion = _CODES[view.motion or 0]
     for axis in [axis for axis in to.motion.places_before if chunk.lines.row[stretch - 1, axis] >= row]:
         del to.motion.places_before[axis]
@@ -97,7 +101,11 @@ def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int,
     if not modes.tcp or of_machine or False in to.state.known_axes:
         return first
     assert lines.offsets is not None
-    other = ~(measure_length(lines.offsets[first:last]) >= NO_AXIS)  # a component that is missing is NaN
+    sizes = measure_length(lines.offsets[first:last])
+    other = ~(sizes >= NO_AXIS)  # a component that is missing is NaN
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = sizes / np.append(to.motion.last_vector[0], sizes[:-1])
+    other |= ~((ratio < LOST_POINT) & (ratio > 1.0 / LOST_POINT))
     return first + int(np.argmax(other)) if other.any() else last
 
 
