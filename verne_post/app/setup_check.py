@@ -229,8 +229,8 @@ def _check_slow_feed(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
         line = int(moves.line[first_below])
         code = {"heidenhain": "M136", "aptcl": ""}.get(moves.language, "G95")
         text = (
-            f"{_name_feed(moves)} is {moves.feed[first_below]:.10g} {plausible.unit} here: no {plausible.whose} has less "
-            f"than {plausible.low:g} {plausible.unit}; if mm a turn were meant, "
+            f"{_name_feed(moves)} is {moves.feed[first_below]:.10g} {plausible.unit} here: no {plausible.whose} has "
+            f"less than {plausible.low:g} {plausible.unit}; if mm a turn were meant, "
             f"{f'write {code} before' if code else 'write MMPR in FEDRAT'}"
         )
         edits = (Remedy(f"write {code}", code, line=line, way="before", is_choice=True),) if code else ()

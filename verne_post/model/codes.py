@@ -470,8 +470,8 @@ CODES: Final[dict[str, Code]] = _make_table(
      "offsets and lengths."),
     ("VP505", "implausible size", "warning",
      "A speed, feed rate, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not "
-     "intended. Most often it is in another unit. It is in the machine file, the command line, the set-up or the program. "
-     "Or a rapid goes down below every cut of its tool, mostly to a height with the wrong sign. "
+     "intended. Most often it is in another unit. It is in the machine file, the command line, the set-up or the "
+     "program. Or a rapid goes down below every cut of its tool, mostly to a height with the wrong sign. "
      "It is an error where a program cuts with 200 mm a turn (G95) or more, and where it exceeds the travel in "
      "inches but not in mm. Then the limits that the program breaks are not listed. `verne-post explain` names "
      "those of a line.",
