@@ -54,6 +54,7 @@ _TEXT_OR_REMARK: Final = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*")
 LACKS_EQUALS: Final = "write = between a key and its value"
 LACKS_COMMA: Final = "write a comma between the keys of a table"
 COLON: Final = "write = instead of :"
+_QUOTES: Final = "\"'"
 #: How a message of tomllib ends that names no line.
 _AT_END: Final = " (at end of document)"
 
@@ -101,10 +102,10 @@ def _name_mistake(text: str, message: str) -> str:
         begin = lines[int(opened.split()[2].rstrip(",")) - 1]
         said = _name_open("[", begin, "]", "the bracket [ is not closed")
         return f"{said or 'the bracket [ is not closed; write ] where the list ends'} {opened}"
+    if "twice" not in message and (twice := _name_key_twice(lines, number, column, message)):
+        return twice
     said = _name_slip(line, column, message)
-    if message.startswith("Cannot overwrite") and "=" in line[:column]:
-        said = _name_twice("key", line.split("=")[0].strip(), lines[: number - 1])
-    elif message.startswith("Cannot declare") and message.partition(" (at ")[0].endswith(" twice"):
+    if message.startswith("Cannot declare") and message.partition(" (at ")[0].endswith(" twice"):
         said = _name_twice("table", line.strip(" \t\r[]"), lines[: number - 1])
     return f"{said} {place[0]}" if said else message
 
@@ -117,10 +118,28 @@ def _name_open(opening: str, line: str, closing: str, why: str) -> str:
 
 def _name_twice(kind: str, name: str, above: Sequence[str]) -> str:
     """A key or table that is there again, with the line of the first one where that is found by its name."""
-    begin = re.compile(rf"[ \t]*(?:{re.escape(name)}[ \t]*=|\[+[ \t]*{re.escape(name)}[ \t]*\])")
+    part = rf"[\"']?{re.escape(name.strip(_QUOTES))}[\"']?[ \t]*"
+    begin = re.compile(rf"[ \t]*(?:{part}=|\[+[ \t]*{part}\])")
     first = next((number for number in range(len(above), 0, -1) if begin.match(above[number - 1])), None)
     also = "" if first is None else f", first in line {first}"
     return f"{name}: the {kind} is there twice{also}; write it once"
+
+
+def _name_key_twice(lines: Sequence[str], number: int, column: int, message: str) -> str:
+    """A key that is there again, at its place: tomllib stops behind its value; empty for another mistake."""
+    at: re.Match[str] | None
+    if (inline := re.match("Duplicate inline table key '(.*)' ", message)) is not None:
+        keys = re.finditer(rf"[\"']?{re.escape(inline[1])}[\"']?(?=[ \t]*=)", lines[number - 1][: column - 1])
+        *_others, at = [None, *keys]
+        said = f"{inline[1]}: the key is there twice in one table; write it once"
+    elif message.startswith("Cannot overwrite") and not re.search(r"\"{3}|'{3}", "\n".join(lines[: number - 1])):
+        number = next((one for one in range(number, 0, -1) if _STATEMENT.match(lines[one - 1])), number)
+        at = re.match(r"[ \t]*\[?\[?[ \t]*([^=\]]*[^=\] \t])", lines[number - 1])
+        said = "" if at is None else _name_twice("key", at[1], lines[: number - 1])
+    else:
+        return ""
+    begin = column if at is None else at.start(at.re.groups) + 1
+    return f"{said} (at line {number}, column {begin})" if said else ""
 
 
 def _name_slip(line: str, column: int, message: str) -> str:

@@ -492,6 +492,7 @@ class Session:
         return [
             make_item(
                 one,
+                number,
                 # editors write the quote or bracket that ends a text with the one that begins it
                 codec.range_to_client_units(
                     lines,
@@ -502,7 +503,7 @@ class Session:
                 ),
                 with_snippets=bool(items and items.snippet_support),
             )
-            for one in found
+            for number, one in enumerate(found)
         ]
 
     async def list_symbols(self, asked: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
