@@ -2180,6 +2180,14 @@ def test_hover_on_a_cycle_lists_its_values_and_d_before_m6_has_its_tool(client: 
     assert re.search(r"\n- Q211: dwell below.*; 0 where it is not given\n", said)
 
 
+def test_nothing_is_completed_in_a_file_that_is_closed(client: Client, tmp_path: Path) -> None:
+    """Renamed and closed, it was read from its old place, and the answer was an error."""
+    uri = client.open(tmp_path / "a.nc", "G")
+    client.close_all()
+    place = {"line": 0, "character": 1}
+    assert client.ask("textDocument/completion", textDocument={"uri": uri}, position=place) == []
+
+
 def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> None:
     """In an editor that has snippets; the names are those of the tables from which programs are read."""
     client = Client(textDocument={"completion": {"completionItem": {"snippetSupport": True}}})

@@ -215,6 +215,7 @@ def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
             "[wcs]\nG54 = [1,\n2, 3]\n'G54' = [1,\n2, 3]",
             "4:1: VP503 error: not a TOML file: 'G54': the key is there twice",
         ),
+        ("[wcs] G54 = [1, 2, 3]", "[wcs]: the header of a table stands alone in its line"),
         (
             "[tools]\n3 = { length = 9, length = 9 }",
             "2:19: VP503 error: not a TOML file: length: the key is there twice",

@@ -54,6 +54,8 @@ _TEXT_OR_REMARK: Final = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*")
 LACKS_EQUALS: Final = "write = between a key and its value"
 LACKS_COMMA: Final = "write a comma between the keys of a table"
 COLON: Final = "write = instead of :"
+#: A header with a bracket too many or at a wrong place, or with a comma for its point.
+_HEADER: Final = re.compile(r"(?=.*[\[\]])[\[{(]+[ \t]*[A-Za-z_][\w.,-]*[ \t]*[\]})]+\w*")
 _QUOTES: Final = "\"'"
 #: How a message of tomllib ends that names no line.
 _AT_END: Final = " (at end of document)"
@@ -161,6 +163,14 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"{parted[1]}: a blank in a number; write {''.join(parted[1].split())}"
     if "hex value" in message or "Unescaped" in message:
         return "a backslash in a text; write the text in ' ' instead of quotation marks"
+    if (header := _HEADER.fullmatch(bare.strip())) is not None:
+        right = "".join(re.findall(r"[^\[\](){} \t]", header[0])).replace(",", ".")
+        return f"{header[0]}: the header of a table is its name in brackets; write [{right}]"
+    if (
+        message.startswith("Expected newline")
+        and (header := re.match(r"[ \t]*(\[[^\[\]=]*\])[ \t]*\S", bare)) is not None
+    ):
+        return f"{header[1]}: the header of a table stands alone in its line; begin a line after it"
     if "at the end of a table declaration" in message:
         why = "the bracket [ is not closed"
         return _name_open("head", line, "]", why) or f"{why}; write ] after the name of the table"
@@ -211,6 +221,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if sign_behind := re.fullmatch(r"(\d+(?:\.\d+)?)([-+])", word[0]):
         rights = f"{sign_behind[2]}{sign_behind[1]} or {sign_behind[1]} may be meant"
         return f"{word[0]}: a sign stands before its number; {rights}"
+    if re.fullmatch(r"[-+]?\d+\.\.\d+", word[0]):
+        return f"{word[0]}: two points; write {word[0].replace('..', '.')}"
     if re.match(r"[-+.]*\d", word[0]) and not message.startswith("Expected '='"):
         return f"{word[0]}: not a number; write digits with one point at most"
     if "Invalid value" not in message or not word[0][0].isalpha():
