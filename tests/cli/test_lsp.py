@@ -17,13 +17,14 @@ import pytest
 
 from verne_post.cli.files import RunFiles
 from verne_post.config import list_machine_files, subprograms
+from verne_post.model.control_keys import KEYS
 from verne_post.model.findings import make_finding
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
 from verne_post.cli.lsp import callers
 from verne_post.cli.lsp.callers import Callers
-from verne_post.cli.lsp.completion import complete_key
+from verne_post.cli.lsp.completion import complete_key, describe_key
 from verne_post.cli.lsp.fixes import find_fixes
 
 #: Long enough on a loaded machine; nothing waits for it when the server answers, s.
@@ -253,7 +254,25 @@ def test_hover_of_a_key_says_what_it_holds(client: Client, tmp_path: Path) -> No
     assert hover(client, uri, 4, 20) == f"**tools.3.diameter**: {offered['diameter']}"
     machine = make_program(tmp_path, "[home]\n[spindle]\nnose_offset_mm = 3\n", "mine.toml", None)
     said = hover(client, client.open(machine), 2, 2)
-    assert said.startswith("**spindle.nose_offset_mm**: a number: ") and said.endswith("; in mm; required")
+    assert said == "**spindle.nose_offset_mm**: from P along the tool axis to the gauge line; a number; in mm; required"
+
+
+def test_every_key_of_a_file_says_what_it_is_for_when_it_is_hovered_over() -> None:
+    """What a table is for where a key has no more to say; units, which wcs.G54 and limits.a_velocity had not."""
+    texts = {path: path.read_text("utf-8") for path in list_machine_files().values()}
+    control = "".join(
+        f"[{dialect}]\n" + "".join(f"{key} = 1\n" for key in keys.__struct_fields__) for dialect, keys in KEYS.items()
+    )
+    texts[Path("a.nc.toml")] = f'[wcs]\nG54 = [0, 0, 6]\n[remap]\nM11 = "event"\n[tools]\n3 = {{}}\n{control}'
+    for path, text in texts.items():
+        for number, line in enumerate(text.split("\n")):
+            if not re.match(r"\[?[a-zA-Z0-9]", line):
+                continue
+            said = describe_key(path, text, number, 1).partition("**: ")[2]
+            kind = r"(a (whole )?number|a list|a table|text|true or|one of|\[least|\d)"
+            assert said and not re.match(kind, said), (path.name, line, said)
+            assert "1e+12" not in said
+    assert "[x, y, z] in mm" in describe_key(Path("a.nc.toml"), texts[Path("a.nc.toml")], 1, 1)
 
 
 def test_hover_of_a_line_with_an_error_names_no_place_that_it_does_not_reach(client: Client, tmp_path: Path) -> None:
@@ -2055,7 +2074,7 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
         ("a.nc.toml", "[tools]\n1 = { length = 80, dia^ }\n", "diameter", "number"),
         ("a.nc.toml", "[tools]\n1 = { length = m^ }\n", '"measure"', "number"),
         ("a.nc.toml", "[^", "wcs", "mapping"),
-        ("a.nc.toml", "wrong line\n[sto^\n", "stock", "table of keys"),
+        ("a.nc.toml", "wrong line\n[sto^\n", "stock", "what the tool may cut"),
         ("a.nc.toml", "tapping = ^\n[wcs]\n", '"feed"', "one of refuse, feed"),
         ("a.nc.toml", 'tapping = "f^"\n[wcs]\n', '"feed"', "one of refuse, feed"),
         ("a.nc.toml", "allow_rewind = t^", "true", "true or false"),
@@ -2091,6 +2110,28 @@ def test_words_and_keys_are_completed(
     lines = text.replace("^", "").split("\n")
     begin = items[word]["textEdit"]["range"]["start"]["character"]
     assert items[word]["filterText"].startswith(lines[place["line"]][begin : place["character"]])
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "line", "first", "also", "never"),
+    [
+        ("a.nc", "%\nO1\n", "N175 G", ["G0", "G1", "G2"], "GOTO", "GT"),
+        ("a.nc", "%\nO1\n", "IF [#1 G", ["GT", "GE"], "GT", "G0"),
+        ("a.nc", "%\nO1\n", "IF [#1 EQ 1] G", ["G0", "G1"], "GOTO", "GT"),
+        ("a.ngc", "G21\n", "G", ["G0", "G1", "G2"], "G17", "GE"),
+        ("a.mpf", "G17 G54\n", "A", ["A1", "A3"], "ATRANS", "ABS"),
+        ("a.mpf", "G17 G54\n", "R1=A", ["AND", "ASIN"], "ABS", ""),
+    ],
+)
+def test_codes_come_by_their_numbers_and_words_of_values_in_values(
+    client: Client, tmp_path: Path, name: str, head: str, line: str, first: list[str], also: str, never: str
+) -> None:
+    uri = client.open(tmp_path / name, head + line)
+    place = {"line": head.count("\n"), "character": len(line)}
+    found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+    labels = [one["label"] for one in sorted(found, key=lambda one: one["sortText"])]
+    assert labels[: len(first)] == first
+    assert also in labels and never not in labels
 
 
 @pytest.mark.parametrize(
@@ -2137,6 +2178,14 @@ def test_hover_on_a_cycle_lists_its_values_and_d_before_m6_has_its_tool(client: 
     assert "**CYCL DEF 200**: drilling" in said
     assert re.search(r"\n- Q200 = 2: clearance, .*\n- Q201 = -5: depth, .*\n- Q206 = 9", said)
     assert re.search(r"\n- Q211: dwell below.*; 0 where it is not given\n", said)
+
+
+def test_nothing_is_completed_in_a_file_that_is_closed(client: Client, tmp_path: Path) -> None:
+    """Renamed and closed, it was read from its old place, and the answer was an error."""
+    uri = client.open(tmp_path / "a.nc", "G")
+    client.close_all()
+    place = {"line": 0, "character": 1}
+    assert client.ask("textDocument/completion", textDocument={"uri": uri}, position=place) == []
 
 
 def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> None:

@@ -207,7 +207,19 @@ def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
         ("[wcs]\nG54 = [0, 0, 60\nG55 = [1, 2, 3]\n", "2:7: VP503 error: not a TOML file: [0, 0, 60: the bracket"),
         ("[wcs]\nG54 = [0, 0,\n60\n[tools]\n", "the bracket [ is not closed; write ] where the list ends"),
         ("[wcs]\nG54 = [0,0 60]", "write [0, 0, 60]"),
-        ("[tools]\n3 = { length = 90 }\n3 = { length = 80 }", "3: the key is there twice, first in line 2; write it"),
+        (
+            "[tools]\n3 = { length = 90 }\n3 = { length = 80 }",
+            "3:1: VP503 error: not a TOML file: 3: the key is there twice, first in line 2; write it",
+        ),
+        (
+            "[wcs]\nG54 = [1,\n2, 3]\n'G54' = [1,\n2, 3]",
+            "4:1: VP503 error: not a TOML file: 'G54': the key is there twice",
+        ),
+        ("[wcs] G54 = [1, 2, 3]", "[wcs]: the header of a table stands alone in its line"),
+        (
+            "[tools]\n3 = { length = 9, length = 9 }",
+            "2:19: VP503 error: not a TOML file: length: the key is there twice",
+        ),
         ("[tools]\n3 = { length = 9 }\n[tools.3]\n", "3:9: VP503 error: not a TOML file: tools.3: the table is there"),
         ("[tools]\n[tools]", "2:7: VP503 error: not a TOML file: tools: the table is there twice, first in line 1"),
         ("[WCS]\nG54 = [1, 2, 3]", "WCS: this is no option of a set-up; did you mean wcs?"),

@@ -455,6 +455,10 @@ def test_a_slip_of_the_first_lines_has_its_edit(
         ("tools.1 = length = 80, diameter = 10 }", "tools.1 = { length = 80, diameter = 10 }"),
         ("keep_out.a = 5\n[tools", "keep_out.a = 5\n[tools]"),
         ("tools]", "[tools]"),
+        *((wrong, "[tools]") for wrong in ("[tool]s", "[[tools]", "[tools]]", "{tools]")),
+        ("[keep_out,a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
+        ("[kep_out.a]", "[keep_out.a]"),
+        ("tolerance = 0..02", "tolerance = 0.02"),
         ('machine = "verne', 'machine = "verne"'),
         ('machine = verne"', 'machine = "verne"'),
         ("[tools]\n[siemens]\ngroups = [0, 0, 60", "[tools]\n[siemens]\ngroups = [0, 0, 60]"),
@@ -496,7 +500,17 @@ def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wr
     assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == apply_places(fix) == text.replace(wrong, right)
 
 
-@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9Q", "9.5.0"])
+def test_h_without_g43_may_be_g(inspector: Inspector, tmp_path: Path) -> None:
+    """H91 that was G91: with H1 in its place the program is legal, and goes elsewhere."""
+    for line, is_preferred in (("H91", False), ("G43 H91 Z50.", True)):
+        head = "%\nO1\nG90 G94 G17 G21 G54\nT1 M6\nS3000 M3\nG0 A0. C0.\nG43 H1 Z50.\nX0. Y0.\n"
+        text = f"{head}G1 X1. F500.\n{line}\nG1 X2.\nM30\n%\n"
+        _message, word, made = look(inspector, tmp_path / "a.nc", text, TOOLS)
+        assert word == "H91"
+        assert made["Write H1 in place of H91"][1:] == (text.replace("H91", "H1"), is_preferred)
+
+
+@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9Q", "9.5.0", "8\nto ol = 3"])
 def test_a_slip_of_a_setup_has_no_edit_that_leaves_no_toml(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
     """Nor one that makes 80 mm of 80 cm."""
     path, text = tmp_path / "a.ngc.toml", f"tool_length = {wrong}\n[wcs]\nG54 = [0, 0, 60]\n"

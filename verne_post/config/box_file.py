@@ -40,12 +40,26 @@ def _check_corners(low: Sequence[float], high: Sequence[float]) -> None:
 class BodyFile(Table, frozen=True, kw_only=True):
     """[bodies.NAME] of a machine file: a mesh in the platform frame."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "file": "an STL, from the folder of the machine file: one closed body in the platform frame",
+        "unit": "unit of the STL",
+    }
+
     file: Annotated[str, Meta(min_length=1)]
     unit: Unit = "mm"
 
 
 class FixtureFile(Table, frozen=True, kw_only=True):
     """[keep_out.NAME] and [stock]: a box in the table frame or in a work system of --wcs; or a file in its place."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "min": "corner of a box: least x, y, z in mm",
+        "max": "corner of a box: greatest x, y, z in mm",
+        "file": "a mesh, from the folder of this file",
+        "unit": "unit of the mesh",
+        "system": "from where x, y, z count: the table, or a work system such as G54",
+        "distance_mm": "how near anything may come",
+    }
 
     checks: ClassVar[Checks] = {"system": check_system}
 
@@ -97,6 +111,16 @@ def name_fixture_files(fixtures: Mapping[str, FixtureFile], stock: FixtureFile |
 
 class PartFile(Table, frozen=True, kw_only=True):
     """[part]: the part as it should be, an STL in a work system, and which deviations count."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "nominal": "an STL of the part, from the folder of this file",
+        "system": "from where x, y, z of the STL count: the table, or a work system such as G54",
+        "unit": "unit of the STL",
+        "gouge_mm": "the deepest gouge that is accepted",
+        "excess_mm": "the most excess that is accepted",
+        "grid_mm": "distance of the points that are compared",
+        "search_mm": "largest deviation that is sought",
+    }
 
     checks: ClassVar[Checks] = {"system": check_system}
 

@@ -1,5 +1,6 @@
 """[carrier] of machine files of schema 2: a parallel module in a chain, or six legs. Keys: docs/machine-file.md."""
 
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
@@ -27,6 +28,12 @@ IN_LINE: Final = 1e-6
 class StrutFile(Table, frozen=True, kw_only=True):
     """One of carrier.struts: its joints on the platform and on the base, and the joint whose value is its length."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "platform": "joint on the platform, seen from P, mm",
+        "base": "joint on the base, mm",
+        "length": "name of the joint that is the strut's length",
+    }
+
     platform: Point
     base: Point
     length: str
@@ -35,12 +42,25 @@ class StrutFile(Table, frozen=True, kw_only=True):
 class CentralFile(Table, frozen=True, kw_only=True):
     """carrier.central: the middle of the universal joint, and its axis that is fixed to the base."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "base": "middle of the leg's universal joint, mm",
+        "first_axis": "direction of its axis that is fixed to the base",
+    }
+
     base: Point
     first_axis: Point
 
 
 class CarrierRodFile(Table, frozen=True, kw_only=True):
     """A row of carrier.rods: joint on the platform, on the slider at 0, direction of the rail, length, actuator."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "platform": "joint on the platform, seen from P, mm",
+        "slider": "joint on the slider at 0, mm",
+        "rail": "direction of the rail",
+        "rod": "length of the rod, mm",
+        "by": "name of the slider",
+    }
 
     platform: Point
     slider: Point
@@ -56,6 +76,23 @@ def _check_rods(value: list[CarrierRodFile] | None) -> None:
 
 class CarrierFile(Table, frozen=True, kw_only=True):
     """[carrier]: three struts and a central leg; six rods on three sliders; six struts; or six rods and sliders."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "kind": "kind of carrier",
+        "actuators": "names of the joints of struts or sliders, in the order of the columns",
+        "home": "platform point P at home, mm",
+        "home_actuators_mm": "approximate sliders at home; they choose the side of each rod",
+        "rods": "the six rods",
+        "struts": "the struts",
+        "central": "the central leg",
+        "rod_diameter_mm": "of the legs of a hexapod, which must not meet",
+        "spare_turn_deg": "turn about the tool axis at home, beside the shortest turn from home",
+        "largest_turn_deg": "turn from home beyond which the module is in another assembly mode",
+        "smallest_singular_value": "smallest measure of the Jacobian of rods or struts",
+        "smallest_drop_mm": "smallest drop of a rod along its rail",
+        "base_cone_deg": "how far a rod or strut may turn from its direction at home, at the base or slider",
+        "platform_cone_deg": "how far a rod or strut may turn from its direction at home, at the platform",
+    }
 
     checks: ClassVar[Checks] = {"rods": _check_rods}
 

@@ -53,6 +53,16 @@ _ROTARY: Final = ("a", "b", "c")
 class ChainFile(Table, frozen=True, kw_only=True):
     """[chain]: joints from the base outwards, gauge point and tool axis at home, and the part's frame."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "tool": "the joints from the base outwards to the tool; linear ones before rotary ones",
+        "part": "the joints from the base outwards to the part; linear ones before rotary ones",
+        "gauge": "gauge point of the spindle at home, from which the tool length counts, mm",
+        "axis": "direction from the tip to the spindle",
+        "part_zero": "origin of the part frame, in which work offsets are given, mm",
+        "up": "direction of z of the part frame",
+        "words": "the rotary axes that programs have",
+    }
+
     tool: list[str]
     part: list[str]
     gauge: Point
@@ -71,6 +81,18 @@ class JointFile(Table, frozen=True, kw_only=True):
 
     A strut of a carrier has neither direction: its value is its length.
     """
+
+    about: ClassVar[Mapping[str, str]] = {
+        "slides": "direction along which the joint moves",
+        "turns": "direction about which the joint turns right-handed",
+        "through": "of a rotary joint: a point of its axis, mm",
+        "positive": "whether a positive value moves the tool or the part",
+        "travel_mm": "travel of a linear joint: [least, greatest]",
+        "travel_deg": "travel of a rotary joint: [least, greatest]; endless without it",
+        "velocity": "greatest velocity, mm/s or degrees/s",
+        "acceleration": "greatest acceleration, mm/s2 or degrees/s2",
+        "jerk": "greatest jerk, mm/s3 or degrees/s3; not limited without it",
+    }
 
     checks: ClassVar[Checks] = {"travel_mm": check_range, "travel_deg": check_range}
 
@@ -102,11 +124,19 @@ class JointFile(Table, frozen=True, kw_only=True):
 class PartTableFile(Table, frozen=True, kw_only=True):
     """[table]: the face on which the part lies, about the part zero."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "radius": "radius of the table face, about the part zero, mm",
+    }
+
     radius: Positive
 
 
 class ChainSpindleFile(Table, frozen=True, kw_only=True):
     """[spindle]."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "max_speed_rpm": "greatest speed of the spindle",
+    }
 
     max_speed_rpm: Positive
 
@@ -128,6 +158,22 @@ class ChainProvenanceFile(Table, frozen=True, kw_only=True):
 
 class ChainMachineFile(Table, frozen=True, kw_only=True):
     """The file as a whole."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "schema": "version of this format",
+        "name": "of the machine, in summaries and reports",
+        "chain": "the joints from the base to the tool and to the part",
+        "carrier": "parallel module that carries the tool",
+        "joints": "directions, travel and speed limits of the joints, by their names",
+        "spindle": "the spindle",
+        "table": "the face on which the part lies",
+        "home": "positions of G28, G30 and --to park",
+        "accuracy": "tolerance of blended corners",
+        "drives": "how the drives count, by joint",
+        "vibration": "vibration modes, and the input shaper for them",
+        "control": "the control",
+        "provenance": "where the values of each table are from",
+    }
 
     schema: Literal[2]
     name: Annotated[str, Meta(min_length=1)]

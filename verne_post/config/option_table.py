@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from msgspec import field
 
@@ -17,6 +17,14 @@ from verne_post.model.options import check_value
 
 class CheckFile(Table, frozen=True, kw_only=True):
     """[check]: which findings count; ``baseline`` is relative to the folder of the settings file."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "select": "codes that alone count, by how they begin",
+        "ignore": "codes that do not count, by how they begin",
+        "severity": "another severity, by code",
+        "fail_level": "warning: warnings too give exit status 1",
+        "baseline": "file of findings that are accepted, in the folder of the settings file",
+    }
 
     select: list[str] = field(default_factory=list)
     ignore: list[str] = field(default_factory=list)

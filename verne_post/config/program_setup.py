@@ -109,7 +109,8 @@ class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
 
     about: ClassVar[Mapping[str, str]] = {
-        "wcs": "work offsets by system: [x, y, z] in mm, or [x, y, z, turn] with the part's rotation in degrees",
+        "wcs": "work offsets by system: [x, y, z] in mm, or [x, y, z, turn] with the part's rotation in degrees; they "
+        "count from the rotary centre on the table face, or from part_zero of a machine file of schema 2",
         "tools": "lengths and diameters in mm, by the number or name of the tool",
         "remap": "meaning of codes that the builder of the machine defines",
         "keep_out": "fixtures by name: boxes in mm, or files of meshes",

@@ -1,6 +1,7 @@
 """The machine file as a schema: keys, types, bounds. docs/machine-file.md says what they mean."""
 
 import math
+from collections.abc import Mapping
 from functools import cache
 from itertools import combinations, pairwise
 from typing import Annotated, Any, ClassVar, Final, Literal, cast
@@ -39,6 +40,18 @@ def check_range(value: list[float] | None) -> None:
 class VerneModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "verne"."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "leg1_x_offset": "D1 - d1 of leg I: platform attachment (from P) minus slider, along x, mm",
+        "R1": "leg I: half distance of the rods at the platform, mm",
+        "r1": "leg I: half distance of the rods at the slider, mm",
+        "L1": "length of the two rods of leg I, mm",
+        "leg23_x_offset": "D2 - d2 of legs II and III: platform attachment (from P) minus slider, along x, mm",
+        "R2": "legs II and III: distance of their platform attachments from P, along y, mm",
+        "r4": "legs II and III: distance of their sliders from the middle, along y, mm",
+        "L2": "rod length of leg II, mm",
+        "L3": "rod length of leg III, mm",
+    }
+
     leg1_x_offset: Number
     R1: Positive
     r1: Positive
@@ -59,6 +72,10 @@ class VerneModuleFile(Table, frozen=True, kw_only=True):
 class SerialModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "serial"."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "zero": "P at x = y = z = 0, base frame (z down), mm",
+    }
+
     zero: Point
 
 
@@ -68,6 +85,13 @@ LEG_SEPARATION_DEG: Final = 1.0
 
 class LinearDeltaModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "linear_delta"."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "platform_radius": "distance of the platform's joints from P, mm",
+        "base_radius": "distance of the sliders' joints from the z axis of the base frame, mm",
+        "rod_length": "length of all six rods, mm",
+        "leg_angles_deg": "angles of the legs, from x towards y of the base frame",
+    }
 
     platform_radius: Positive
     base_radius: Positive
@@ -106,6 +130,14 @@ def expect_direction(name: str, vector: list[float]) -> None:
 class RodFile(Table, frozen=True, kw_only=True):
     """One of module.rod."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "platform": "joint on the platform, from P, mm",
+        "slider": "joint on the slider at 0, base frame, mm",
+        "rail": "direction of the rail",
+        "length": "length of the rod, mm",
+        "by": "the slider that moves the rod",
+    }
+
     platform: Point
     slider: Point
     rail: Point
@@ -118,6 +150,13 @@ class RodFile(Table, frozen=True, kw_only=True):
 
 class RodsModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "rods"."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "home": "P at home, base frame, which decides the assembly mode, mm",
+        "home_mm": "approximate sliders at home; they say on which side of its slider each rod is",
+        "rod": "the six rods",
+        "largest_tilt_deg": "a platform that tilts more is in another assembly mode",
+    }
 
     home: Point
     home_mm: Point
@@ -133,12 +172,26 @@ class RodsModuleFile(Table, frozen=True, kw_only=True):
 class SpindleFile(Table, frozen=True, kw_only=True):
     """[spindle]."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "nose_offset_mm": "from P along the tool axis to the gauge line",
+        "max_speed_rpm": "greatest speed of the spindle",
+    }
+
     nose_offset_mm: Number
     max_speed_rpm: Positive | None = None
 
 
 class TableFile(Table, frozen=True, kw_only=True):
     """[table]."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "pivot": "a point on the tilt axis, base frame (z down), mm",
+        "rotary_offset": "from the pivot to the rotary centre on the table face, at A = 0, z up, mm",
+        "machine_zero": "from the rotary centre to the origin of machine coordinates, at A = 0, z up, mm",
+        "radius": "radius of the table face, mm",
+        "a_positive": "a positive A turns the part, or the tool against the part",
+        "c_positive": "a positive C turns the part, or the tool against the part",
+    }
 
     pivot: Point
     rotary_offset: Point
@@ -150,6 +203,12 @@ class TableFile(Table, frozen=True, kw_only=True):
 
 class HomeFile(Table, frozen=True, kw_only=True):
     """[home]."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "g28": "x, y, z and the rotary axes where G28 and --from home go, mm and degrees",
+        "g30": "x, y, z and the rotary axes where G30 goes, mm and degrees",
+        "park": "x, y, z and the rotary axes where --to park goes, mm and degrees",
+    }
 
     g28: Pose
     g30: Pose
@@ -177,6 +236,17 @@ def check_ranges(value: list[Any]) -> None:
 
 class LimitsFile(Table, frozen=True, kw_only=True):
     """[limits] of the table; :func:`describe_limits_table` adds the actuators of a kind."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "a_deg": "tilt travel, in the sense of this file",
+        "c_deg": "rotary travel, in the sense of this file; unlimited without it",
+        "a_velocity": "greatest velocity, degrees/s",
+        "c_velocity": "greatest velocity, degrees/s",
+        "a_acceleration": "greatest acceleration, degrees/s2",
+        "c_acceleration": "greatest acceleration, degrees/s2",
+        "a_jerk": "greatest jerk, degrees/s3; not limited without it",
+        "c_jerk": "greatest jerk, degrees/s3; not limited without it",
+    }
 
     checks: ClassVar[Checks] = {"a_deg": check_range, "c_deg": check_range}
 
@@ -208,8 +278,18 @@ def describe_limits_table(group: str, rods: bool) -> type[LimitsFile]:
     fields.append((f"{group}_jerk", PerActuator | None, None))
     if rods:
         fields += [("serial_singularity_mm", NotNegative), ("parallel_singularity", Positive | None, None)]
-    checks = {**LimitsFile.checks, f"{group}_mm": check_ranges}
-    made = defstruct("LimitsFile", fields, bases=(LimitsFile,), namespace={"checks": checks}, frozen=True, kw_only=True)
+    namespace = {
+        "checks": {**LimitsFile.checks, f"{group}_mm": check_ranges},
+        "about": {
+            f"{group}_mm": "travel of the actuators, one for all or a list of three",
+            f"{group}_velocity": "greatest velocity, mm/s",
+            f"{group}_acceleration": "greatest acceleration, mm/s2",
+            f"{group}_jerk": "greatest jerk, mm/s3; not limited without it",
+            "serial_singularity_mm": "smallest drop of a rod: the distance between its two ends along the rail",
+            "parallel_singularity": "smallest measure of the parallel Jacobian",
+        },
+    }
+    made = defstruct("LimitsFile", fields, bases=(LimitsFile,), namespace=namespace, frozen=True, kw_only=True)
     return cast("type[LimitsFile]", made)
 
 
@@ -219,6 +299,13 @@ Cone = Annotated[float, Meta(gt=0, lt=180)]
 
 class RodsFile(Table, frozen=True, kw_only=True):
     """[rods] of every kind: sizes of rods and ball joints; a kind adds where its rods are."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "diameter_mm": "of the rods: one value, or a list of three for legs I, II, III",
+        "slider_cone_deg": "half angle of the cone in which a ball joint at the slider lets its rod move",
+        "platform_cone_deg": "half angle of the cone in which a ball joint at the platform lets its rod move",
+        "cone_centre": "platform position, base frame, at which the rods are in the middle of their cones, mm",
+    }
 
     diameter_mm: PerLeg | None = None
     slider_cone_deg: Cone | None = None
@@ -234,6 +321,12 @@ class RodsFile(Table, frozen=True, kw_only=True):
 class VerneRodsFile(RodsFile, frozen=True, kw_only=True):
     """[rods] of kind "verne"."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "leg1_slider_x": "x of the slider's joints of leg I, base frame, mm",
+        "leg23_slider_x": "x of the slider's joints of legs II and III, base frame, mm",
+        "leg23_spacing": "distance of the two rods of a parallelogram, along x, mm",
+    }
+
     leg1_slider_x: Number
     leg23_slider_x: Number
     leg23_spacing: Positive
@@ -241,6 +334,20 @@ class VerneRodsFile(RodsFile, frozen=True, kw_only=True):
 
 class TolerancesFile(Table, frozen=True, kw_only=True):
     """[tolerances]: standard deviations of the parts as made, mm and mrad; a key for parts of their own."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "lengths_mm": "of every position and length without its own key",
+        "directions_mrad": "of every direction without its own key, mrad",
+        "platform_ends_mm": "of platform_ends_mm in [as_built]; without it lengths_mm",
+        "slider_ends_mm": "of slider_ends_mm in [as_built]; without it lengths_mm",
+        "rod_lengths_mm": "of rod_lengths_mm in [as_built]; without it lengths_mm",
+        "tilt_axis_mm": "of tilt_axis_mm in [as_built]; without it lengths_mm",
+        "rotary_axis_mm": "of rotary_axis_mm in [as_built]; without it lengths_mm",
+        "guides_mrad": "of guides_mrad in [as_built], mrad; without it directions_mrad",
+        "tilt_axis_mrad": "of tilt_axis_mrad in [as_built], mrad; without it directions_mrad",
+        "rotary_axis_mrad": "of rotary_axis_mrad in [as_built], mrad; without it directions_mrad",
+        "spindle_axis_mrad": "of spindle_axis_mrad in [as_built], mrad; without it directions_mrad",
+    }
 
     lengths_mm: Positive = 0.05
     directions_mrad: Positive = 0.1
@@ -257,6 +364,15 @@ class TolerancesFile(Table, frozen=True, kw_only=True):
 
 class ClearanceFile(Table, frozen=True, kw_only=True):
     """[clearance]: smallest distance between bodies, and the bodies other than rods."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "minimum_mm": "smallest distance: rod to rod, rod to spindle, spindle or tool to table",
+        "spindle_diameter_mm": "diameter of the spindle, a capsule that starts at the gauge line",
+        "spindle_top_mm": "height of its upper end above the platform point P",
+        "tool_diameter_mm": "diameter of the largest tool",
+        "platform_ends_mm": "the platform as a capsule between these two points, platform frame (z down)",
+        "platform_diameter_mm": "of that capsule",
+    }
 
     minimum_mm: NotNegative
     spindle_diameter_mm: Positive | None = None
@@ -285,6 +401,15 @@ def check_lead_error(value: list[list[float]] | None) -> None:
 class DriveFile(Table, frozen=True, kw_only=True):
     """[drives.JOINT]: how one drive counts."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "unit": "name of the numbers, for the heading",
+        "sign": "-1 where the drive counts the other way",
+        "zero": "where the drive reads 0, mm or degrees",
+        "scale": "numbers per mm or degree",
+        "integer": "whether the drive takes whole numbers",
+        "lead_error": "measured error at commanded positions, rising: [position, error] in mm or degrees",
+    }
+
     checks: ClassVar[Checks] = {"lead_error": check_lead_error}
 
     unit: Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9]*$", description="letters and digits, a letter first")]
@@ -297,6 +422,12 @@ class DriveFile(Table, frozen=True, kw_only=True):
 
 class AccuracyFile(Table, frozen=True, kw_only=True):
     """[accuracy]."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "tip_mm": "how far blended corners may leave the path of the tip",
+        "axis_deg": "how far blended corners may leave the tool axis",
+        "uncorrected_axis_deg": "with [as_built]: largest error of the tool axis that the rotary axes cannot correct",
+    }
 
     tip_mm: Positive = 0.01
     axis_deg: Positive = 0.05
@@ -321,6 +452,11 @@ def check_modes(value: list[list[float]]) -> None:
 class VibrationFile(Table, frozen=True, kw_only=True):
     """[vibration]: modes as [frequency in Hz, damping ratio], and the input shaper for them."""
 
+    about: ClassVar[Mapping[str, str]] = {
+        "modes": "vibration modes: [frequency in Hz, damping ratio 0 to 0.5]",
+        "shaper": "input shaper, unless --shaper says otherwise",
+    }
+
     checks: ClassVar[Checks] = {"modes": check_modes}
 
     modes: Annotated[list[Range], Meta(min_length=1, max_length=4)]
@@ -329,6 +465,10 @@ class VibrationFile(Table, frozen=True, kw_only=True):
 
 class ControlFile(Table, frozen=True, kw_only=True):
     """[control]."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "cycle_s": "control cycle: time from row to row of a setpoint file",
+    }
 
     cycle_s: Annotated[float, Meta(ge=1e-4, le=1.0)]
 
@@ -353,6 +493,27 @@ class ProvenanceFile(Table, frozen=True, kw_only=True):
 
 class MachineFile(Table, frozen=True, kw_only=True):
     """The file as a whole; ``module`` and ``limits`` are checked against the schemas of its ``kind``."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "schema": "version of this format",
+        "name": "of the machine, in summaries and reports",
+        "kind": "the mechanism that moves the spindle",
+        "module": "sizes of the parallel module",
+        "spindle": "the spindle on the platform",
+        "table": "the tilting rotary table",
+        "home": "positions of G28, G30 and --to park",
+        "limits": "travel, velocity, acceleration and jerk of the joints",
+        "accuracy": "tolerance of blended corners",
+        "rods": "sizes of rods and ball joints",
+        "as_built": "deviations of the parts of the machine as built",
+        "tolerances": "standard deviations of the parts as made, before a calibration",
+        "clearance": "smallest distance between bodies, and their sizes",
+        "bodies": "meshes of spindle and platform",
+        "drives": "how the drives count, by joint",
+        "vibration": "vibration modes, and the input shaper for them",
+        "control": "the control",
+        "provenance": "where the values of each table are from",
+    }
 
     schema: Literal[1, 2]
     name: Annotated[str, Meta(min_length=1)]

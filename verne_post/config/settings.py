@@ -1,10 +1,10 @@
 """The settings file, verne-post.toml: options, user-defined codes, fixtures, stock, policy of findings."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -32,6 +32,16 @@ PROJECT_FILE: Final = "pyproject.toml"
 
 class SettingsFile(Table, frozen=True, kw_only=True):
     """Content of the file."""
+
+    about: ClassVar[Mapping[str, str]] = {
+        "machine": "a name of verne-post machine list, or a machine file in the folder of the settings file",
+        "options": "options of programs",
+        "remap": "meaning of codes that the builder of the machine defines",
+        "keep_out": "fixtures by name: boxes in mm, or files of meshes",
+        "stock": "what the tool may cut: a box in mm, or the file of a mesh",
+        "check": "which findings count",
+        "setup": "set-ups of programs, by patterns of their names",
+    }
 
     machine: str = DEFAULT_MACHINE
     options: dict[str, Any] = field(default_factory=dict)

@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
+from itertools import islice
 from typing import Final
 
 from msgspec import Struct, structs
@@ -251,21 +252,26 @@ def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
     if place := SYNTAX_PLACE.search(sentence):
         return int(place[1]), int(place[2]) - 1, int(place[2])
     said = _VALUE.sub(lambda value: f".{int(value[1]) - 1}", re.sub("['\"]", "", sentence).lstrip("["))
-    best, found = "", None
+    best, found, parts = "", None, 0
     try:
         entries = list_entries(text)
     except UnknownLayoutError:
         return None
     for entry in entries:
         key = entry.key[len(OF_TOOLS) :] if entry.key[: len(OF_TOOLS)] == OF_TOOLS else entry.key
-        name = ".".join(key).replace('"', "").replace("'", "")
-        # "wcs: G540 is no work system" is about wcs.G540, if there is one
-        if len(name) > len(best) and any(_is_named(one, name) for one in (said, said.replace(": ", ".", 1))):
-            best, found = name, entry
+        # the header [keep_out.NAME] names keep_out too; one of an array is one of several
+        is_whole = entry.name or any(part.isdecimal() for part in key)
+        for count in range(len(key) if is_whole else 1, len(key) + 1):
+            name = ".".join(key[:count]).replace('"', "").replace("'", "")
+            # "wcs: G540 is no work system" is about wcs.G540, if there is one
+            if len(name) > len(best) and any(_is_named(one, name) for one in (said, said.replace(": ", ".", 1))):
+                best, found, parts = name, entry, count
     if found is None:
         return None
     begin = text.rfind("\n", 0, found.begin) + 1
     end = found.key_end if found.key_end > found.begin else found.end
+    if not found.name and parts < len(found.key):
+        end = next((one.end() for one in islice(_PART.finditer(text, found.begin, end), parts - 1, None)), end)
     return text.count("\n", 0, begin) + 1, found.begin - begin, end - begin
 
 

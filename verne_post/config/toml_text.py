@@ -54,6 +54,9 @@ _TEXT_OR_REMARK: Final = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*")
 LACKS_EQUALS: Final = "write = between a key and its value"
 LACKS_COMMA: Final = "write a comma between the keys of a table"
 COLON: Final = "write = instead of :"
+#: A header with a bracket too many or at a wrong place, or with a comma for its point.
+_HEADER: Final = re.compile(r"(?=.*[\[\]])[\[{(]+[ \t]*[A-Za-z_][\w.,-]*[ \t]*[\]})]+\w*")
+_QUOTES: Final = "\"'"
 #: How a message of tomllib ends that names no line.
 _AT_END: Final = " (at end of document)"
 
@@ -101,10 +104,10 @@ def _name_mistake(text: str, message: str) -> str:
         begin = lines[int(opened.split()[2].rstrip(",")) - 1]
         said = _name_open("[", begin, "]", "the bracket [ is not closed")
         return f"{said or 'the bracket [ is not closed; write ] where the list ends'} {opened}"
+    if "twice" not in message and (twice := _name_key_twice(lines, number, column, message)):
+        return twice
     said = _name_slip(line, column, message)
-    if message.startswith("Cannot overwrite") and "=" in line[:column]:
-        said = _name_twice("key", line.split("=")[0].strip(), lines[: number - 1])
-    elif message.startswith("Cannot declare") and message.partition(" (at ")[0].endswith(" twice"):
+    if message.startswith("Cannot declare") and message.partition(" (at ")[0].endswith(" twice"):
         said = _name_twice("table", line.strip(" \t\r[]"), lines[: number - 1])
     return f"{said} {place[0]}" if said else message
 
@@ -117,10 +120,28 @@ def _name_open(opening: str, line: str, closing: str, why: str) -> str:
 
 def _name_twice(kind: str, name: str, above: Sequence[str]) -> str:
     """A key or table that is there again, with the line of the first one where that is found by its name."""
-    begin = re.compile(rf"[ \t]*(?:{re.escape(name)}[ \t]*=|\[+[ \t]*{re.escape(name)}[ \t]*\])")
+    part = rf"[\"']?{re.escape(name.strip(_QUOTES))}[\"']?[ \t]*"
+    begin = re.compile(rf"[ \t]*(?:{part}=|\[+[ \t]*{part}\])")
     first = next((number for number in range(len(above), 0, -1) if begin.match(above[number - 1])), None)
     also = "" if first is None else f", first in line {first}"
     return f"{name}: the {kind} is there twice{also}; write it once"
+
+
+def _name_key_twice(lines: Sequence[str], number: int, column: int, message: str) -> str:
+    """A key that is there again, at its place: tomllib stops behind its value; empty for another mistake."""
+    at: re.Match[str] | None
+    if (inline := re.match("Duplicate inline table key '(.*)' ", message)) is not None:
+        keys = re.finditer(rf"[\"']?{re.escape(inline[1])}[\"']?(?=[ \t]*=)", lines[number - 1][: column - 1])
+        *_others, at = [None, *keys]
+        said = f"{inline[1]}: the key is there twice in one table; write it once"
+    elif message.startswith("Cannot overwrite") and not re.search(r"\"{3}|'{3}", "\n".join(lines[: number - 1])):
+        number = next((one for one in range(number, 0, -1) if _STATEMENT.match(lines[one - 1])), number)
+        at = re.match(r"[ \t]*\[?\[?[ \t]*([^=\]]*[^=\] \t])", lines[number - 1])
+        said = "" if at is None else _name_twice("key", at[1], lines[: number - 1])
+    else:
+        return ""
+    begin = column if at is None else at.start(at.re.groups) + 1
+    return f"{said} (at line {number}, column {begin})" if said else ""
 
 
 def _name_slip(line: str, column: int, message: str) -> str:
@@ -142,6 +163,14 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"{parted[1]}: a blank in a number; write {''.join(parted[1].split())}"
     if "hex value" in message or "Unescaped" in message:
         return "a backslash in a text; write the text in ' ' instead of quotation marks"
+    if (header := _HEADER.fullmatch(bare.strip())) is not None:
+        right = "".join(re.findall(r"[^\[\](){} \t]", header[0])).replace(",", ".")
+        return f"{header[0]}: the header of a table is its name in brackets; write [{right}]"
+    if (
+        message.startswith("Expected newline")
+        and (header := re.match(r"[ \t]*(\[[^\[\]=]*\])[ \t]*\S", bare)) is not None
+    ):
+        return f"{header[1]}: the header of a table stands alone in its line; begin a line after it"
     if "at the end of a table declaration" in message:
         why = "the bracket [ is not closed"
         return _name_open("head", line, "]", why) or f"{why}; write ] after the name of the table"
@@ -192,6 +221,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if sign_behind := re.fullmatch(r"(\d+(?:\.\d+)?)([-+])", word[0]):
         rights = f"{sign_behind[2]}{sign_behind[1]} or {sign_behind[1]} may be meant"
         return f"{word[0]}: a sign stands before its number; {rights}"
+    if re.fullmatch(r"[-+]?\d+\.\.\d+", word[0]):
+        return f"{word[0]}: two points; write {word[0].replace('..', '.')}"
     if re.match(r"[-+.]*\d", word[0]) and not message.startswith("Expected '='"):
         return f"{word[0]}: not a number; write digits with one point at most"
     if "Invalid value" not in message or not word[0][0].isalpha():

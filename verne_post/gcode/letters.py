@@ -72,6 +72,23 @@ OF_EXPRESSIONS: Final[Mapping[str, Mapping[str, str]]] = {
         "BOUND": "value within bounds: BOUND(lowest, highest, value)",
     },
 }  # fmt: skip
+#: Those of them that stand in a value or a condition alone.
+OF_VALUES: Final = {
+    *_MACRO_FUNCTIONS,
+    *_FUNCTIONS,
+    *_OPERATORS,
+    *_LOGIC,
+    "EQU",
+    "NOT",
+    "DIV",
+    "ATAN2",
+    "POT",
+    "TRUNC",
+    "ROUNDUP",
+    "MINVAL",
+    "MAXVAL",
+    "BOUND",
+}
 _OF_HOLES: Final = {
     "Z": "depth of the hole; in G91 from R",
     "R": "height at which the feed rate begins, and to which G99 goes back",

@@ -1,7 +1,7 @@
 """Keys of the settings file by controller dialect: what builders of machines choose by machine data."""
 
 from collections.abc import Mapping
-from typing import Final, Literal, TypeVar
+from typing import ClassVar, Final, Literal, TypeVar
 
 from msgspec import Struct, field
 
@@ -31,118 +31,198 @@ MAX_SHIFT_MM: Final = 1e5
 class Rs274Keys(Struct, frozen=True):
     """Keys of [rs274], with their defaults: which of the controls that speak it."""
 
-    #: How programs end, which comments speak, what M98 takes, what holds at the start. Empty: as "linuxcnc".
+    about: ClassVar[Mapping[str, str]] = {
+        "flavour": (
+            "how programs end, which comments speak, what M98 takes, what holds at the start; without the key: as "
+            '"linuxcnc"'
+        ),
+        "arc_centres": (
+            'what I J K are before G90.1 or G91.1: "incremental", from the start of the arc, or "absolute"'
+        ),
+        "dwell": 'what P of G4 and of cycles is: "seconds" or "milliseconds"',
+        "units": 'unit of lengths before any G20 or G21: "mm" or "inch"',
+    }
+
     flavour: Literal["", "linuxcnc", "pathpilot", "mach3", "grbl"] = ""
-    #: What I J K are before G90.1 or G91.1: "incremental", from the start of the arc, or "absolute".
     arc_centres: Literal["incremental", "absolute"] = "incremental"
-    #: What P of G4 and of cycles is: "seconds" or "milliseconds".
     dwell: Literal["seconds", "milliseconds"] = "seconds"
-    units: Literal["", "mm", "inch"] = ""  #: Of lengths before any G20 or G21: "mm" or "inch".
+    units: Literal["", "mm", "inch"] = ""
 
 
 class SiemensKeys(Struct, frozen=True):
     """Keys of [siemens], with their defaults."""
 
-    #: A block that is executed before the program: the reset state of the control.
+    about: ClassVar[Mapping[str, str]] = {
+        "start": "a block that is executed before the program: the reset state of the control",
+        "rotation": 'angles of ROT X Y Z: "rpy" (about Z, then the new Y, then the new X) or "euler" (Z, X, Z)',
+        "orientation": (
+            'how the tool axis goes where no ORI word is programmed: "axes" linear in A and C; "vector" on a '
+            'great circle; "words" linear for A and C words, on a great circle for A3 B3 C3'
+        ),
+        "orientation_by_group": "ORIAXES and ORIVECT choose how the tool axis goes (else ORIMKS and ORIWKS do)",
+        "projected": (
+            'the second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane\'s line '
+            'in X Z or Y Z; "axes", that of the projected axis of the plane; without the key: such calls are refused'
+        ),
+        "polygon_angle": (
+            'STA of CYCLE79 is the direction of the middle of a side ("side") or of a corner ("corner") from '
+            "the middle of the polygon; without the key: such calls are refused"
+        ),
+        "offsets_in_g91": (
+            "whether the first incremental value of an axis after a change of frame, work offset or tool "
+            'length travels that change: "travelled" (SD42440 and SD42442 = 1), "kept" (0); without the key: such '
+            "values are refused"
+        ),
+        "d_numbers": (
+            'the meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", '
+            "the number of the tool itself (a flat structure of D numbers)"
+        ),
+        "length_axis": (
+            'along which axis a tool length acts under G18 and G19: "Z" in every plane (SD42940 = 17), or '
+            '"plane", Y under G18 and X under G19 (0), which is refused; without the key: as "Z", with a warning'
+        ),
+        "modulo_axes": "rotary axes whose absolute values count within the present turn",
+        "tools": 'T="name" and its number in the tool table',
+    }
+
     start: str = "G1 G17 G40 G54 G60 G710 G90 G94"
-    #: Angles of ROT X Y Z: "rpy" (about Z, then the new Y, then the new X) or "euler" (Z, X, Z).
     rotation: Literal["rpy", "euler"] = "rpy"
-    #: How the tool axis goes where no ORI word is programmed: "axes" linear in A and C; "vector" on a great
-    #: circle; "words" linear for A and C words, on a great circle for A3 B3 C3.
     orientation: Literal["words", "axes", "vector"] = "words"
-    orientation_by_group: bool = False  #: ORIAXES and ORIVECT choose how it goes (else ORIMKS and ORIWKS do).
-    #: The second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane's line in X Z or Y
-    #: Z; "axes", that of the projected axis of the plane. Empty: such calls are refused.
+    orientation_by_group: bool = False
     projected: Literal["", "traces", "axes"] = ""
-    #: STA of CYCLE79 is the direction of the middle of a side ("side") or of a corner ("corner") from the middle
-    #: of the polygon. Empty: such calls are refused.
     polygon_angle: Literal["", "side", "corner"] = ""
-    #: Whether the first incremental value of an axis after a change of frame, work offset or tool length travels
-    #: that change: "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
     offsets_in_g91: Literal["", "travelled", "kept"] = ""
-    #: The meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of
-    #: the tool itself (a flat structure of D numbers).
     d_numbers: Literal["edges", "tools"] = "edges"
-    #: Along which axis a tool length acts under G18 and G19: "Z" in every plane (SD42940 = 17), or "plane", Y under G18
-    #: and X under G19 (0), which is refused. Empty: as "Z", with a warning.
     length_axis: Literal["", "Z", "plane"] = ""
-    modulo_axes: str = ""  #: Rotary axes whose absolute values count within the present turn.
-    tools: Mapping[str, int] = field(default_factory=dict)  #: T="name" -> number of the tool table.
+    modulo_axes: str = ""
+    tools: Mapping[str, int] = field(default_factory=dict)
 
 
 class HeidenhainKeys(Struct, frozen=True):
     """Keys of [heidenhain], with their defaults."""
 
-    tools: Mapping[str, int] = field(default_factory=dict)  #: TOOL CALL "name" -> number of the tool table.
-    #: ANGLE of the tools: how steeply a helix, or a way to and fro, goes down in milling cycles, degrees.
+    about: ClassVar[Mapping[str, str]] = {
+        "tools": 'TOOL CALL "name" and its number in the tool table',
+        "plunge_angle": ("how steeply a helix, or a way to and fro, goes down in milling cycles, degrees"),
+        "datums": "row of the datum table, and X, Y, Z of its shift, mm",
+        "cycle_19": (
+            '"moves": cycle 19 positions the rotary axes at its F, with its set-up clearance; without the key: they '
+            "stay"
+        ),
+    }
+
+    tools: Mapping[str, int] = field(default_factory=dict)
     plunge_angle: float = 3.0
-    #: Row of the datum table -> X, Y, Z of its shift, mm.
     datums: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    #: "moves": cycle 19 positions the rotary axes at its F, with its set-up clearance. Empty: they stay.
     cycle_19: Literal["", "moves"] = ""
 
 
 class FanucKeys(Struct, frozen=True):
     """Keys of [fanuc], with their defaults."""
 
-    #: Parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many percent.
-    #: 100: F is that of the tool's centre.
+    about: ClassVar[Mapping[str, str]] = {
+        "inside_arc_percent": (
+            "parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many "
+            "percent. 100: F is that of the tool's centre"
+        ),
+        "decimal_point": (
+            'the meaning of a word without a decimal point: "calculator", X20 is 20 mm; "conventional", X20 '
+            "is 20 least input increments, 0.02 mm; without the key: as calculator, with a warning where a program has "
+            "both"
+        ),
+        "roll_pitch_yaw": (
+            'G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns '
+            'before have left ("moving"); without the key: several angles are refused where that differs'
+        ),
+        "projection_angles": (
+            'G68.2 P4: I above 0 turns X about Y of the part, so that it goes down ("turned"), or is the '
+            'angle by which it goes up ("rising"); without the key: I other than 0 is refused'
+        ),
+        "bore_shift": (
+            'direction in which the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", '
+            '"-X", "+Y", "-Y"; without the key: Q is refused'
+        ),
+        "dwell": 'what P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it',
+        "units": (
+            'unit of lengths before any G20 or G21: "mm" or "inch"; without the key: mm, with a note where a '
+            "program has neither"
+        ),
+        "motion": (
+            'what holds before any code of motion (parameter 3402): "G0" or "G1"; without the key: axes before one are '
+            "refused"
+        ),
+        "bare_arcs": (
+            'parameter 3403, bit 5 (CIR): "lines", G2 and G3 without I, J, K and R go straight (0); without the key: '
+            "they are refused (1, an alarm)"
+        ),
+        "directions": (
+            '"machine": beside a turned table X, Y, Z are in directions of the machine, from an origin that '
+            "stands, while no G43.4, G43.5, G68.2, G68.3 or G254 holds; without the key: they are those of the part"
+        ),
+        "cutter_offsets": (
+            'what D of G41 and G42 holds: "radius", that of the tool; "wear", how far the tool is off the '
+            "one for which the CAM system has computed the path of its centre: 0 here"
+        ),
+        "length_after_return": (
+            "parameter 5001, bit 6 (EVO): the tool length that G28, G30 or G53 with Z has cancelled is "
+            '"restored" in the next block (1); without the key: a Z before the next G43 or H is refused'
+        ),
+        "length_in_g91": (
+            "parameter 5006, bit 6 (TOS): the first incremental Z after a change of tool length is "
+            '"travelled" with that change (0), or "kept" (1); without the key: it is refused'
+        ),
+    }
+
     inside_arc_percent: float = 0.0
-    #: The meaning of a word without a decimal point: "calculator", X20 is 20 mm; "conventional", X20 is 20 least
-    #: input increments, 0.02 mm. Empty: as calculator, with a warning where a program has both.
     decimal_point: Literal["", "calculator", "conventional"] = ""
-    #: G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns before have
-    #: left ("moving"). Empty: several angles are refused where that differs.
     roll_pitch_yaw: Literal["", "fixed", "moving"] = ""
-    #: G68.2 P4: I above 0 turns X about Y of the part, so that it goes down ("turned"), or is the angle by which
-    #: it goes up ("rising"). Empty: I other than 0 is refused.
     projection_angles: Literal["", "turned", "rising"] = ""
-    #: Direction in which the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y",
-    #: "-Y". Empty: Q is refused.
     bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
-    #: What P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it.
     dwell: Literal["milliseconds", "seconds"] = "milliseconds"
-    #: Of lengths before any G20 or G21: "mm" or "inch". Empty: mm, with a note where a program has neither.
     units: Literal["", "mm", "inch"] = ""
-    #: What holds before any code of motion (parameter 3402): "G0" or "G1". Empty: axes before one are refused.
     motion: Literal["", "G0", "G1"] = ""
-    #: Parameter 3403, bit 5 (CIR): "lines", G2 and G3 without I, J, K and R go straight (0). Empty: they are refused
-    #: (1, an alarm).
     bare_arcs: Literal["", "lines"] = ""
-    #: "machine": beside a turned table X, Y, Z are in directions of the machine, from an origin that stands, while no
-    #: G43.4, G43.5, G68.2, G68.3 or G254 holds. Empty: they are those of the part.
     directions: Literal["", "machine"] = ""
-    #: What D of G41 and G42 holds: "radius", that of the tool; "wear", how far the tool is off the one for which the
-    #: CAM system has computed the path of its centre: 0 here.
     cutter_offsets: Literal["radius", "wear"] = "radius"
-    #: Parameter 5001, bit 6 (EVO): the tool length that G28, G30 or G53 with Z has cancelled is "restored" in the next
-    #: block (1). Empty: a Z before the next G43 or H is refused.
     length_after_return: Literal["", "restored"] = ""
-    #: Parameter 5006, bit 6 (TOS): the first incremental Z after a change of tool length is "travelled" with that
-    #: change (0), or "kept" (1). Empty: it is refused.
     length_in_g91: Literal["", "travelled", "kept"] = ""
 
 
 class AptKeys(Struct, frozen=True):
     """Keys of [aptcl], with their defaults: what cutter location text does not say itself."""
 
-    #: Of points before any UNITS: "mm" or "inch". Empty: mm, and a FEDRAT in inches is refused.
+    about: ClassVar[Mapping[str, str]] = {
+        "units": (
+            'unit of points before any UNITS: "mm" or "inch"; without the key: mm, and a FEDRAT in inches is refused'
+        ),
+        "msys": (
+            '"one clamping": every MSYS is in the clamping of the first, whose system is that of the work '
+            "offset; without the key: another MSYS is refused"
+        ),
+        "cutcom": (
+            '"centre": points are those of the tool\'s centre, and CUTCOM has no effect; without the key: CUTCOM is '
+            "refused"
+        ),
+        "insert": '"message": texts of INSERT are remarks; without the key: INSERT is refused',
+        "times": (
+            'what TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; '
+            '"whole", those before the arc; without the key: n greater than 1 is refused'
+        ),
+        "lengths": (
+            '"tools": the length is that of the tool, whichever register LOADTL names; without the key: it is that of '
+            "the register, where a word gives its number"
+        ),
+        "tools": "names of TOOL PATH, and their numbers in the tool table, where no LOAD/TOOL stands",
+        "pitches": "number of a tap, and pitch of its thread, mm, where CYCLE/TAP does not say it",
+    }
+
     units: Literal["", "mm", "inch"] = ""
-    #: "one clamping": every MSYS is in the clamping of the first, whose system is that of the work offset. Empty:
-    #: another MSYS is refused.
     msys: Literal["", "one clamping"] = ""
-    #: "centre": points are those of the tool's centre, and CUTCOM has no effect. Empty: CUTCOM is refused.
     cutcom: Literal["", "centre"] = ""
-    insert: Literal["", "message"] = ""  #: "message": texts of INSERT are remarks. Empty: INSERT is refused.
-    #: What TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; "whole",
-    #: those before the arc. Empty: n greater than 1 is refused.
+    insert: Literal["", "message"] = ""
     times: Literal["", "begun", "whole"] = ""
-    #: "tools": the length is that of the tool, whichever register LOADTL names. Empty: it is that of the
-    #: register, where a word gives its number.
     lengths: Literal["", "tools"] = ""
-    #: Names of TOOL PATH -> number of the tool table, where no LOAD/TOOL stands.
     tools: Mapping[str, int] = field(default_factory=dict)
-    #: Number of a tap -> pitch of its thread, mm, where CYCLE/TAP does not say it.
     pitches: Mapping[str, float] = field(default_factory=dict)
 
 

@@ -1,6 +1,7 @@
 """What may be written at a place: words of a program's language, keys of a set-up, of settings and of machine files."""
 
 import json
+import math
 import re
 from collections import abc
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -33,7 +34,8 @@ from verne_post.config.toml_entries import (
 )
 from verne_post.gcode.block import KEYWORDS
 from verne_post.gcode.klartext.vocabulary import STATEMENTS
-from verne_post.gcode.known_words import list_meanings, list_values_of_cycle
+from verne_post.gcode.known_words import LANGUAGES, list_meanings, list_values_of_cycle
+from verne_post.gcode.letters import OF_VALUES
 from verne_post.gcode.siemens.vocabulary import VALUE_MODES
 from verne_post.model.control_keys import KEYS
 from verne_post.model.options import OPTIONS, find_about
@@ -63,6 +65,10 @@ _AFTER_O: Final = re.compile(r"[ \t]*o[ \t]*(?:\d+|<[^>]*>)[ \t]+([A-Z]*)$", re.
 #: A place, or the angle of a spindle, of Siemens to which a value is to be given; blocks whose X is none.
 _PLACE: Final = re.compile(r"(?<![A-Z_$\d])(?:[IJK]|([XYZ])|([ABC])|(SPOS))[ \t]*=[ \t]*$", re.IGNORECASE)
 _NO_PLACE: Final = re.compile(r"\b(?:DEF|FOR|A?(?:TRANS|ROTS?|SCALE|MIRROR))\b|[\"(\[]", re.IGNORECASE)
+#: Languages whose expressions stand in brackets or behind =; and what begins a value or a condition of another one.
+_IN_BRACKETS: Final = ("rs274", "fanuc")
+_VALUE: Final = re.compile(r"[=(]|\b(?:IF|WHILE|UNTIL|CASE|FOR|FN)\b", re.IGNORECASE)
+_CODE: Final = re.compile(r"[A-Z](\d+(?:\.\d+)?)")
 _STATEMENTS: Final = {word.split()[0] for word in STATEMENTS} - {"R0", "RL", "RR", "M", "F", "S", "Q", "QL", "QR", "QS"}
 
 
@@ -117,6 +123,12 @@ def complete_word(
         if not before[begin].isalpha() or (begin and (before[begin - 1].isalpha() or before[begin - 1] == "_")):
             continue
         found = [word for word in known if word.startswith(written)]
+        is_open = before.count("[") > before.count("]")
+        if not (is_open or "=" in before) if dialect in _IN_BRACKETS else not _VALUE.search(before[:begin]):
+            found = [word for word in found if word not in OF_VALUES]
+        elif is_open and dialect in _IN_BRACKETS:  # no code stands in brackets
+            found = [word for word in found if word in OF_VALUES]
+        found.sort(key=_find_order)
         if dialect == "heidenhain" and before[:begin].strip(" \t/0123456789"):
             found = [word for word in found if word.split()[0] not in _STATEMENTS]
         if found:
@@ -125,6 +137,12 @@ def complete_word(
                 for word in found
             ]
     return own
+
+
+def _find_order(word: str) -> float:
+    """Words of values come first, then codes by their numbers, then the other words as their tables have them."""
+    code = _CODE.fullmatch(word)
+    return -1.0 if word in OF_VALUES else math.inf if code is None else float(code[1])
 
 
 def _make_snippet(word: str, dialect: str) -> str:
@@ -150,7 +168,7 @@ def complete_key(path: Path, text: str, line: int, column: int) -> list[Choice]:
         kind = find_type(top, _cut_tools(cursor.key))
         key = cursor.key[-1]
         named = [f'"{name}"' for name in _NAMES[key]()] if key in _NAMES and kind is str else _list_values(kind)
-        found = dict.fromkeys(named, describe(kind))
+        found = dict.fromkeys(named, _describe_values(kind))
     else:
         keys = _list_keys(find_type(top, _cut_tools(cursor.table))) or {}
         if cursor.is_header:
@@ -194,7 +212,7 @@ def _list_top(path: Path, text: str) -> _Keys:
             **_list_fields(SettingsFile),
             **_make_control_tables(),
             "options": (_list_options([name for name in OPTIONS if find_about(name).in_settings]), "options"),
-            "setup": ({_ANY: (_list_setup_keys(), "")}, "set-ups of programs, by their names"),
+            "setup": ({_ANY: (_list_setup_keys(), "")}, "set-ups of programs, by patterns of their names"),
         }
     if is_setup(path):
         return _list_setup_keys()
@@ -203,7 +221,7 @@ def _list_top(path: Path, text: str) -> _Keys:
     if kind is not None:
         limits = describe_limits_table(kind.group, kind.rods)
         own = {"module": kind.schema, "limits": limits, "rods": kind.bodies}
-        top |= {name: (schema, describe(schema)) for name, schema in own.items() if schema is not None}
+        top |= {name: (schema, top[name][1]) for name, schema in own.items() if schema is not None}
     return top
 
 
@@ -211,7 +229,7 @@ def _list_setup_keys() -> _Keys:
     """Options and tables of a set-up; work offsets by the names of their systems."""
     own = {**_list_options(list_setup_options()), **_list_fields(SetupFile), **_make_control_tables()}
     of_system = find_type(own, ("wcs", _ANY))
-    return {**own, "wcs": (dict.fromkeys(SYSTEM_NUMBERS, (of_system, describe(of_system))), own["wcs"][1])}
+    return {**own, "wcs": (dict.fromkeys(SYSTEM_NUMBERS, (of_system, _describe_values(of_system))), own["wcs"][1])}
 
 
 def _list_options(names: Iterable[str]) -> _Keys:
@@ -240,7 +258,10 @@ def _find_option_type(name: str) -> Any:
 
 def _make_control_tables() -> _Keys:
     """The tables of the controls, by dialects."""
-    return {name: (schema, f"keys of {name}") for name, schema in KEYS.items()}
+    return {
+        name: (schema, f"what builders of machines choose, for programs in {LANGUAGES[name]}")
+        for name, schema in KEYS.items()
+    }
 
 
 def _list_fields(schema: type[Struct]) -> _Keys:
@@ -249,12 +270,26 @@ def _list_fields(schema: type[Struct]) -> _Keys:
 
 def _describe_field(one: FieldInfo, schema: type[Struct]) -> str:
     """What a key means where its schema says it, with its values, unit and default."""
-    meaning, unit = getattr(schema, "about", {}).get(one.encode_name, ""), find_unit(one.encode_name)
+    tables = (getattr(each, "about", {}) for each in schema.__mro__)
+    meaning = next((table[one.encode_name] for table in tables if one.encode_name in table), "")
+    unit = find_unit(one.encode_name)
     # what stands for a size that is not known yet is no value to rely on
     is_known = one.default not in (NODEFAULT, None, "", TO_MEASURE)
     default = f"default: {json.dumps(one.default)}" if is_known else ""
     needed = "required" if one.required else default
-    return "; ".join(filter(None, (meaning, describe(one.type), f"in {unit}" if unit else "", needed)))
+    return "; ".join(filter(None, (meaning, _describe_values(one.type), f"in {unit}" if unit else "", needed)))
+
+
+def _describe_values(kind: Any) -> str:
+    """What a type holds, without bounds that no machine has, and without what is not written; empty for a table."""
+    if isinstance(kind, dict):
+        return ""
+    said = (
+        re.sub(r": -1e\+12 to 1e\+12|, at most 1e\+12", "", describe(kind))
+        .replace("0 to 1e+12", "0 or more")
+        .replace(": 1 or more characters", "")
+    )
+    return "" if said.endswith(_OF_TABLES) else said.replace("one of , ", "one of ")
 
 
 def describe_key(path: Path, text: str, line: int, column: int) -> str:
@@ -269,9 +304,12 @@ def describe_key(path: Path, text: str, line: int, column: int) -> str:
     top = _list_top(path, text)
     if (kind := find_type(top, key)) is None:
         return ""
-    known = (_list_keys(find_type(top, key[:-1])) or {}).get(key[-1])
-    about = known[1] if known is not None else "a table of keys" if isinstance(kind, dict) else describe(kind)
-    return f"**{'.'.join(key)}**: {about}"
+    known, values = (_list_keys(find_type(top, key[:-1])) or {}).get(key[-1]), _describe_values(kind)
+    about = values if known is None else known[1]
+    if len(key) > 1 and (about.startswith(values) if values else not about):  # what its table is for says it
+        above = (_list_keys(find_type(top, key[:-2])) or {}).get(key[-2], ("", ""))[1]
+        about = "; ".join(filter(None, (above.partition("; a mapping")[0].removesuffix("; required"), about)))
+    return f"**{'.'.join(key)}**: {about or 'a table of keys'}"
 
 
 def _list_keys(kind: Any) -> _Keys | None:
@@ -282,7 +320,7 @@ def _list_keys(kind: Any) -> _Keys | None:
         if isinstance(one, type) and issubclass(one, Struct):
             return _list_fields(one)
         if get_origin(one) is dict and get_origin(get_args(one)[0]) is Literal:
-            return dict.fromkeys(get_args(get_args(one)[0]), (get_args(one)[1], describe(get_args(one)[1])))
+            return dict.fromkeys(get_args(get_args(one)[0]), (get_args(one)[1], _describe_values(get_args(one)[1])))
         if get_origin(one) in (dict, abc.Mapping) or (get_origin(one) is list and _list_keys(get_args(one)[0])):
             return {}
     return None
@@ -310,6 +348,8 @@ def _list_plain(kind: Any) -> list[Any]:
     return [strip_bounds(one)[0] for one in list_alternatives(strip_bounds(kind)[0])]
 
 
+#: How the words for the type of a table end, or of tables by names.
+_OF_TABLES: Final = ("table of keys", "tables of keys", "to values")
 #: Key -> the names that its text may be.
 _NAMES: Final[Mapping[str, Callable[[], Iterable[str]]]] = {
     "machine": list_machine_files,
@@ -327,13 +367,14 @@ def _list_values(kind: Any) -> Iterator[str]:
             yield from ("true", "false")
 
 
-def make_item(choice: Choice, place: lsp.Range, *, with_snippets: bool) -> lsp.CompletionItem:
-    """A choice as editors take it; ``place`` is what it replaces."""
+def make_item(choice: Choice, number: int, place: lsp.Range, *, with_snippets: bool) -> lsp.CompletionItem:
+    """A choice as editors take it, which show choices by ``number``; ``place`` is what it replaces."""
     is_snippet = with_snippets and choice.snippet
     return lsp.CompletionItem(
         choice.word,
         kind=lsp.CompletionItemKind.Keyword,
         detail=choice.meaning,
+        sort_text=f"{number:04}",  # else G17 comes before G2
         filter_text=choice.sought,
         text_edit=lsp.TextEdit(place, choice.snippet if is_snippet else choice.word),
         insert_text_format=lsp.InsertTextFormat.Snippet if is_snippet else None,

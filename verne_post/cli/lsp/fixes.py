@@ -249,9 +249,10 @@ def find_file_fixes(
     for fix in _list_worked_out(_propose_file_fixes(path, item, texts[path])):
         after, _program = inspector.check_file(path, _change_texts(fix, texts), superseded)
         said = [cut_file(one.message) for one in after]
-        # a text in quotes where a number stands is as wrong
-        as_wrong = f"= '{fix.new[1:-1]}': expected a" if fix.new[:1] == '"' and fix.new != _TO_FILL_IN else "\0"
-        if not any(one == cut_file(item.message) or as_wrong in one for one in said):
+        # a text in quotes where a number stands is as wrong, and so is a name in quotes that is no key
+        quoted = fix.new[1:-1] if fix.new[:1] == '"' and fix.new != _TO_FILL_IN else "\0"
+        as_wrong = (f"= '{quoted}': expected a", f"{quoted} is not a key", f"{quoted}: this is no option")
+        if not any(one == cut_file(item.message) or any(why in one for why in as_wrong) for one in said):
             fixes.append(fix)
     return fixes
 
@@ -470,6 +471,8 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
         at = _find_offset(found.text, remedy.line - 1) + begin
         title = f"Write {remedy.value} in place of {written}"
         is_choice = remedy.is_choice or _has_rival(written, remedy.value)
+        # without G43 in its block an H may be a G, whose key is beside it
+        is_choice |= written[:1].upper() == "H" and re.search(r"G0*4[34]", line, re.IGNORECASE) is None
         pasted = translate_pasted(written) == remedy.value
         if pasted or not remedy.value:  # what is not seen is named
             title = f"{remedy.text[:1].upper()}{remedy.text[1:]}"

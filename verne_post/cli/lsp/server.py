@@ -475,6 +475,8 @@ class Session:
     async def complete(self, asked: lsp.CompletionParams) -> list[lsp.CompletionItem]:
         """What may be written at a place; the text before it is what counts, and no check is waited for."""
         uri = asked.text_document.uri
+        if uri not in self.server.workspace.text_documents:  # it has been closed
+            return []
         path, text = _find_path(uri), self.server.workspace.get_text_document(uri).source
         lines, codec = split_lines(text), self.server.workspace.position_codec
         place = codec.position_from_client_units(lines, asked.position)
@@ -492,6 +494,7 @@ class Session:
         return [
             make_item(
                 one,
+                number,
                 # editors write the quote or bracket that ends a text with the one that begins it
                 codec.range_to_client_units(
                     lines,
@@ -502,7 +505,7 @@ class Session:
                 ),
                 with_snippets=bool(items and items.snippet_support),
             )
-            for one in found
+            for number, one in enumerate(found)
         ]
 
     async def list_symbols(self, asked: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
