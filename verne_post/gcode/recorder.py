@@ -299,7 +299,7 @@ class Recorder(Struct):
         if self.count - plane.before > 1:  # it was in use: beside a turn to it there was another move
             if not any(one.kind == "tool" and one.before > plane.before for one in self.events):
                 end = f"{plane.end} where it is over{before}"
-                return f"{what} is in force: look at its angles; {plane.turn}; or write {end}"
+                return f"{what} is in force: {plane.turn}; look at its angles too; or write {end}"
             return f"{what} is still in force: write {plane.end} where it is over, or {plane.turn}"
         return f"{what} is in force: {plane.turn} ({plane.end} ends it)"
 
