@@ -164,6 +164,10 @@ class ProgramSetup(Struct, frozen=True):
         """A key of it, in messages."""
         return f"{self.name}: {key}"
 
+    def list_tool_places(self) -> dict[int, str]:
+        """Its tools by their numbers, each with the table, in messages."""
+        return dict.fromkeys(self.options.get("tools", ()), self.place_of("tools"))
+
 
 def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: bool) -> ProgramSetup:
     """The set-up in a file, which messages call ``name``.

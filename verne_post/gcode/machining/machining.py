@@ -426,15 +426,13 @@ class Machining:
             return state.position
         if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(values_before[_Z]):
             # Z was programmed for the tip; for the spindle's nose it would take the tool down by its length
-            why = (
-                "this turn would move the part past a tool that no check knows; retract in machine coordinates before it"
-                if stands
-                else "the programmed Z would lower the tool by its length; name Z in this motion, or retract in machine "
-                "coordinates before"
-            )
             what = (
                 f"no tool length is in force any more with the {self.setup.rotary_side} tilted ({letter} {tilt:g} deg)"
             )
+            why = "the programmed Z would lower the tool by its length; name Z in this motion, or "
+            if stands:
+                why = "this turn would move the part past a tool that no check knows; "
+            why += "retract in machine coordinates before"
             raise ProgramError("VP016", f"{what}: {why}")
         begin = [p if math.isnan(h) else h for p, h in zip(state.position, values_before, strict=True)]
         unnamed_axes = [axis for axis in (_X, _Y, _Z) if axis not in (axes or ())]
