@@ -215,6 +215,8 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     """
     own = {key: value for key, value in data.items() if key in SetupFile.__struct_fields__}
     rest = {key: value for key, value in data.items() if key not in own}
+    if rest.get("tool_length") == TO_MEASURE:
+        del rest["tool_length"]
     place = f"{prefix}." if prefix else ""
     sentences = list(_take_nested_tables(own, place))
     elsewhere = {key.lower(): f"{key} belongs into {table}" for key in rest if (table := _find_table(key))}

@@ -99,13 +99,22 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
         )
 
 
+#: The key of a set-up that has the length of the one tool, which no line of the program calls.
+LENGTH_KEY: Final = ("tool_length",)
+
+
+def find_length_key(setup: Setup) -> tuple[str, ...]:
+    """The key that settles a missing length of a program that calls no tool; none beside tools, which exclude it."""
+    return LENGTH_KEY if setup.tools is None else ()
+
+
 def advise_length(setup: Setup, *, call: bool = True) -> str:
     """What helps where no tool length is in force, and the program names no tool: no form asks for its length.
 
     ``call``: the message does not say that a call of the tool is missing.
     """
     if setup.tools is None:
-        return f"Write tool_length = MM in the first line of INPUT.toml{', or call the tool in the program' * call}."
+        return f"Fill in tool_length, mm, in INPUT.toml{', or call the tool in the program' * call}."
     return (  # tools of a set-up exclude tool_length
         "Write the length of the tool under [tools] in INPUT.toml, or in the tool table"
         f"{', and call the tool in the program' * call}."
