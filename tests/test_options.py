@@ -214,6 +214,12 @@ def marked_systems(value: Any) -> Any:
     return {system(key): one for key, one in value.items()}
 
 
+def replaced_tools(value: Any) -> Any:
+    if not isinstance(value, dict) or any(type(key) is not int or type(one) is not str for key, one in value.items()):
+        return REFUSED
+    return value
+
+
 def numbered(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
@@ -322,6 +328,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "setup_file": lambda value: value if type(value) is str else REFUSED,
     "command_words": list_of_texts,
     "unmeasured_wcs": marked_systems,
+    "replaced_tools": replaced_tools,
 }
 
 
@@ -549,6 +556,8 @@ class Cases:
                 return pick.choice([1, 3, 3.0, 0, self.one()])
             case "subroutine_files":
                 return {pick.choice(["bore", "Bore", self.key()]): pick.choice(["Bore.SPF", b"M2", self.one()])}
+            case "replaced_tools":
+                return {pick.choice([1, 7, self.key()]): pick.choice(["verne-post.toml: tools", self.one()])}
             case "unmeasured_wcs":
                 return {self.name_of_a_system(): pick.choice(["part.nc.toml", self.one()])}
             case "source_name":

@@ -67,6 +67,9 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     for offset in (2, 22):
         found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
         assert "VP034" not in [item.code for item in found]
+    # without a retract the tip is where the tool before has cut: nothing else can be meant
+    found = vp.check(program.replace("G0 Z90\n", "").format(""), "verne", options).findings
+    assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "error", 7)]
     found = vp.check(program.format("G43 H1\n"), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP049", "warning", 8)]  # one cause
 
@@ -355,9 +358,9 @@ SPATIAL = "PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX SEQ-"
             DRILL,
             "G69\n",
             ("VP017", "error", "G81 Z1. R3. F200."),
-            "is in force: look at its angles; write G53.1 after G68.2, or A and C; or write G69 where it is over",
+            "is in force: write G53.1 after G68.2, or A and C; look at its angles too; or write G69 where it is over",
         ),
-        ("siemens", SWIVEL[:-3] + "0)", "", "CYCLE800()\n", ("VP042", "warning", "G1 Z-2 F400"), "give CYCLE800"),
+        ("siemens", SWIVEL[:-3] + "0)", "", "CYCLE800()\n", ("VP042", "warning", "G1 Z-2 F400"), "give _DIR -1 or 1"),
         (
             "heidenhain",
             SPATIAL.replace("TURN FMAX", "STAY"),
@@ -401,9 +404,17 @@ def test_what_turns_the_table_has_the_axes_of_the_machine(machine, axes, paramet
     ("more", "wcs", "expected"),
     [
         ("G55 X0\n", {"G54": (0, 0, 30)}, ("error", 5, "G55 has no place on the table, and G54 has one")),
-        ("G55 X0\n", {"G54": (0, 0, 30), "G56": (0, 0, 40)}, ("error", 5, "G54 and G56 have one: write G55 = ")),
+        (
+            "G55 X0\n",
+            {"G54": (0, 0, 30), "G56": (0, 0, 40)},
+            ("error", 5, 'G54 and G56 have one: give wcs={"G55": (X, Y, Z)}, mm'),
+        ),
         ("G55 X0\n", {}, ("warning", 2, "is at the rotary centre on the table face")),  # of both: nothing is given
-        ("G59.1 X0\n", {"G54": (0, 0, 30)}, ("error", 5, 'write "G59.1" = ')),
+        (
+            "G59.1 X0\n",
+            {"G54": (0, 0, 30)},
+            ("error", 5, 'wcs={"G59.1": (X, Y, Z)}, mm from the rotary centre on the table face, or write G54 '),
+        ),
         ("", {"G55": (0, 0, 30)}, ("error", 4, "G54 has no place")),  # it cuts in it
         ("G10 L2 P2 X0 Y0 Z-400\nG55 X0\n", {"G54": (0, 0, 30)}, None),  # the program places it
     ],
@@ -1127,7 +1138,7 @@ def test_wear_that_is_a_size(wear, said):
 @pytest.mark.parametrize(
     ("offset", "code", "said"),
     [
-        ("G505", "VP033", "G505, which is G58 here, has no place on the table, and G54 has one: write G58 ="),
+        ("G505", "VP033", 'G505, which is G58 here, has no place on the table, and G54 has one: give wcs={"G58": (X'),
         ("G540", "VP033", "G540, which is G54.1P31 here, has no place on the table"),
         ("G55", "VP033", "G55 has no place on the table"),
         ("D0", "VP034", "activate its length (D1) after line 1, or give it the length 0"),

@@ -300,7 +300,7 @@ def test_where_no_tool_is_called_the_call_is_the_remedy(run: Callable[..., Any],
     assert begin in told.out
     assert told.out.count("has the tools 7, 8\n") == 1
     setup.write_text("[wcs]\nG54 = [0, 0, 40]\n")  # no length is known: that is the first thing to say
-    assert "Write tool_length = MM in the first line of" in run("check", program).out
+    assert "Fill in tool_length, mm, in" in run("check", program).out
 
 
 OTHER_SIGN = "(I with the other sign), if that is meant: the radii agree then"

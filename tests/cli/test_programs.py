@@ -717,3 +717,23 @@ def test_an_error_in_a_called_file_that_the_program_has_caused_stands_in_the_pro
     assert (error["code"], error["line"]) == ("VP017", 9)
     assert error["message"].startswith("MCALL of line 7 still calls CYCLE81; write MCALL alone before line 9 (SLOT.SPF")
     assert "(SLOT.SPF, line 2: CYCLE81: the tool is at 110 mm" in error["message"]
+
+
+def test_one_cause_in_a_called_file_is_one_error(run: Callable[..., Any], tmp_path: Path) -> None:
+    """Each line of the file was an error of the same plane."""
+    program = tmp_path / "main.h"
+    lines = "TOOL CALL 1 Z S3000\nL X+0 Y+0 Z+150 A+0 C+0 R0 FMAX M3\nPLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY\n"
+    program.write_text(f"BEGIN PGM main MM\n{lines}CALL PGM sub.h\nPLANE RESET STAY\nM30\nEND PGM main MM\n")
+    (tmp_path / "sub.h").write_text("BEGIN PGM sub MM\nL X+5 Y+5 R0 FMAX\nL Z+140 F200\nL X+10\nEND PGM sub MM\n")
+    told = run("check", program, "--tool-length", 80, "--wcs", "G54=0,0,60", "--output-format", "json").out
+    (error,) = json.loads(told)["programs"][0]["findings"]
+    assert (error["code"], error["line"], error["count"]) == ("VP017", 5, 3)
+    assert error["message"].startswith("sub.h, line 2: a motion in a tilted plane that the tool is not normal to")
+
+
+def test_an_axis_beyond_its_travel_at_the_start_stands_at_its_word(run: Callable[..., Any], tmp_path: Path) -> None:
+    """The first naming of A says where it stands before, and the first line of all was blamed."""
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90\nG54 G0 X0 Y0\nG0 Z150\nG1 A120 F500\nG0 Z180\nM2\n")
+    told = run("check", program, "--machine", "serial", "--tool-length", 80, "--wcs", "G54=0,0,60")
+    assert "part.nc:4: VP102 error: " in told.out

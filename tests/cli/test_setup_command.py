@@ -808,7 +808,7 @@ def test_json_has_the_remedy_of_the_text(form: str, run: Run, tmp_path: Path, mo
     remedies = {item["code"]: item["remedy"] for item in lines}
     assert remedies["VP001"] == ""  # the message says it
     # nothing of a tool is in the program: setup writes no length
-    assert remedies["VP012"].startswith("Write tool_length = MM in the first line of part.nc.toml")
+    assert remedies["VP012"].startswith("Fill in tool_length, mm, in part.nc.toml")
     text = run("check", "part.nc").out
     assert all(remedy in text for remedy in remedies.values())
 
@@ -951,3 +951,15 @@ def test_names_and_codes_that_are_ignored_are_named(run: Run, tmp_path: Path) ->
     assert told.code == 0
     ignored = "KX_PROBE in line 10 and 1 more, KX_CLAMP in line 12, M150 in line 13"
     assert f"  NOT CHECKED: ignored by [remap]: {ignored}; contact" in told.out
+
+
+def test_the_length_of_a_program_without_a_tool_is_in_the_form(run: Run, tmp_path: Path) -> None:
+    """The form was never complete: check asked for a key that setup had not written."""
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90 G54\nG0 X0 Y0 Z50 A0 C0\nG1 Z20 F2000\nM2\n")
+    assert "to be filled in: the place of G54, the tool length" in run("setup", program).err
+    written = Path(f"{program}.toml")
+    assert tomllib.loads(written.read_text()) == {"tool_length": "measure", "wcs": {"G54": "measure"}}
+    assert "Fill in tool_length, mm, in" in run("check", program).out
+    assert "nothing is missing" in run("setup", program, "--tool-length", 80, "--wcs", "G54=0,0,60").err
+    assert run("check", program).code == 0

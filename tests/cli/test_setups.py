@@ -868,3 +868,15 @@ def test_a_page_of_findings_names_the_set_up_that_was_named(run, folder):
     Path("part.nc").write_text(f"G54 {PROGRAM}")
     assert run("report", "part.nc", "-o", "page.html", "--setup", "other.toml", "--air", "120").code in (0, 1)
     assert "Fill in wcs.G54 in other.toml" in Path("page.html").read_text(encoding="utf-8")
+
+
+def test_a_tool_of_a_table_that_is_replaced_is_said_to_be_there(folder: Path, run: Callable[..., Any]) -> None:
+    """Neither set-up nor tool table had it, said the message, and the settings file has it."""
+    Path("part.nc").write_text("G21 G90\nT2 M6\nG43 H2\nG0 X0 Y0 Z50 A0 C0\nG1 Z20 F2000\nM2\n", "utf-8")
+    Path("verne-post.toml").write_text('[setup."*.nc".tools.2]\nlength = 90\n', "utf-8")
+    Path("part.nc.toml").write_text("[wcs]\nG54 = [0, 0, 40]\n[tools.1]\nlength = 100\n", "utf-8")
+    said = "tool 2: verne-post.toml, setup.'*.nc': tools has it, but tools are not joined"
+    assert said in run("check", "part.nc").out
+    settings = verne_post.read_settings("verne-post.toml")
+    (error,) = verne_post.check(Path("part.nc"), "verne", settings=settings, setup="beside").findings[:1]
+    assert said in error.message

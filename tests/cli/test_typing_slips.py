@@ -225,6 +225,7 @@ def test_a_sign_of_siemens_that_is_missing_or_too_many(
         (DRILLING.format("Q203+=2 Q204=+3"), "Q203+=2", "Q203=+2", "the sign stands after the ="),
         (DRILLING.format("Q20l=2 Q204=+3").replace("Q201=-1", "Q203=-1"), "Q20l", "Q201", "a letter in the number"),
         ("CYCL DEF 24 DATUM SETTING Q339=+1", "24", "247", "no cycle of these parameters"),
+        (DRILLING.format("Q203=+1 Q204=+3").replace("200 DR", "220 DR"), "220", "200", "no cycle of these"),
         (DRILLING.format("Q203 2 Q204=+3"), "Q203 2", "Q203=2", "an = is missing; write Q203=2"),
         (DRILLING.format("Q2 03=2 Q204=+3"), "Q2 03=", "Q203=", "a blank is in the number; write Q203="),
         (DRILLING.format("Q203=2 Q204=+3 CLEAR"), "CLEAR", ";CLEAR", "a remark begins with ;"),

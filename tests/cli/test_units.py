@@ -121,7 +121,7 @@ def test_a_program_that_fits_in_neither_unit(run: Callable[..., Any], tmp_path: 
         (
             "p.h",
             "BEGIN PGM A INCH\nL X+1 Y+1 Z+1 A+0 C+0 R0 FMAX\nL X+1.5 F9\nCR X+2.5 Y+1 R0.4 DR-\nEND PGM A INCH\n",
-            "the radius 0.4 inch is",
+            ":4:14: VP008 error: the radius 0.4 inch is",
         ),
     ],
 )

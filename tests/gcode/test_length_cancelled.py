@@ -23,16 +23,21 @@ def options(dialect, **more):
 
 
 @pytest.mark.parametrize(
-    ("dialect", "text"),
+    ("dialect", "text", "why"),
     [
-        ("rs274", f"{ISO}G49\nG0 X0. Y0.\nM30\n"),
-        ("fanuc", f"{ISO}G49\nG0 A0. C0.\nM30\n"),
-        ("siemens", f"{SIEMENS}G0 A0 C0\nM30\n"),
+        ("rs274", f"{ISO}G49\nG0 X0. Y0.\nM30\n", "the programmed Z would lower the tool by its length; name Z"),
+        # the spindle stands in these, so no Z is what is wrong
+        ("fanuc", f"{ISO}G49\nG0 A0. C0.\nM30\n", "this turn would move the part past a tool that no check knows;"),
+        ("fanuc", f"{ISO}G49 G0 A0.\nM30\n", "this turn would move the part past a tool that no check knows;"),
+        ("siemens", f"{SIEMENS}G0 A0 C0\nM30\n", "this turn would move the part past a tool that no check knows;"),
     ],
 )
-def test_a_motion_without_z_is_refused(dialect, text):
+def test_a_motion_without_z_is_refused(dialect, text, why):
     result = vp.check(text, vp.load_machine("serial"), options(dialect))
-    assert [item.code for item in result.findings if item.severity == "error"] == ["VP016"]
+    [error] = [item for item in result.findings if item.severity == "error"]
+    assert error.code == "VP016"
+    assert f"with the table tilted (A 30 deg): {why}" in error.message
+    assert error.message.endswith("retract in machine coordinates before")
 
 
 @pytest.mark.parametrize("length", ["G43.4 H1", "G43.5 H1 I0.3214 J0.3830 K0.8660", "G43 H1", "G43.1 H1"])

@@ -922,6 +922,12 @@ CYCLE_19 = "CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+25 B+0 C+0"
             f"MCALL {HOLE}\nX5\n{SWIVEL.replace(',5,25,', ',40,25,')}\nX9\nMCALL",
             [("VP017", 9, "MCALL of line 7 still calls CYCLE81; write MCALL alone before line 9 (line 10: ")],
         ),
+        # at its first hole MCALL is not forgotten
+        (
+            "siemens",
+            f"{SWIVEL[:-3]}0)\nMCALL {HOLE}\nX9\nMCALL",
+            [("VP017", 9, "CYCLE81 drills along Z, but the tool points along (")],
+        ),
         ("siemens", f"MCALL {HOLE}\nX5\nMCALL\n{SWIVEL}\nX9\nMCALL", []),
         ("siemens", f"MCALL {HOLE}\nX5\n{SWIVEL}\nMCALL\nX9", []),
         ("siemens", f"MCALL {HOLE}\n{SWIVEL}\nX9\nX12\nMCALL", []),  # its first hole is in that plane

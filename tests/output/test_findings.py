@@ -204,7 +204,7 @@ _SIEMENS = "G710 G90\nT1 M6\nD1 TRAORI\nG54 G0 X0 Y0 Z60 A=0 C=0\n"
             "VP008",
             "The arc starts where the block before ends",
         ),
-        ("a.nc", "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F500\nM2\n", "VP012", "Write tool_length = MM in the first"),
+        ("a.nc", "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F500\nM2\n", "VP012", "Fill in tool_length, mm, in"),
         ("a.nc", f"{_HEAD}M2\n", "VP012", "Fill in the length in a.toml"),
         ("a.nc", "G21 G90 G94\nG43\nG0 X0 Y0 Z50 A0 C0\nM2\n", "VP012", ""),
         ("a.h", _KLARTEXT.replace("CALL 1", "CALL 0") + "3 L X+9 RL F9\n4 L X+99\n5 END PGM P MM\n", "VP012", ""),
@@ -263,7 +263,7 @@ _OF_DIRECTIONS = "If directions of the machine are meant, give [fanuc]"
     [
         (_CUT.format("G54", "G43 H1"), "VP033", {}, "Fill in wcs.G54 in a.nc.toml, "),
         (_CUT.format("G54.1 P3", "G43 H1"), "VP033", {}, 'Fill in wcs."G54.1P3" in a.nc.toml, '),
-        (_CUT.format("G55", "G43 H1"), "VP033", {"wcs": _FROM_ZERO}, ""),
+        (_CUT.format("G55", "G43 H1"), "VP033", {"wcs": _FROM_ZERO}, "Fill in wcs.G55 in a.nc.toml, "),
         (_CUT.format("G54", "G91 G10 L2 P2 X1\nG90 G43 H1"), "VP033", {"wcs": _FROM_ZERO}, "Fill in wcs.G55 in a.nc"),
         (_CUT.format("G54", "G49"), "VP034", {"wcs": _FROM_ZERO}, ""),
         (_CUT.format("G54", "G49"), "VP034", {"wcs": _FROM_ZERO, "tools": {1: 0.0}}, "If the gauge line is meant, "),
@@ -413,7 +413,7 @@ def test_no_remedy_is_told_twice(tmp_path: Path, run: Callable[..., Any]) -> Non
         lengths = "" if change == "T1" else "[tools]\n1 = { length = 90 }\n"
         (tmp_path / "bare.nc.toml").write_text(lengths)
         shown = run("check", program).out
-        found = re.findall(r": (VP\d+) \w+: (.*)\n.*\n += [^:]+: (.*)\n", shown)
+        found = re.findall(r": (VP\d+) \w+: (.*)\n.*\n(?: +\| +\^\n)? += [^:]+: (.*)\n", shown)
         assert {code for code, *_texts in found} == ({"VP033", "VP041"} if change == "T1" else set())
         assert ("VP034 error: " in shown and "activate its length (G43 H1) " in shown) is (change != "T1")
         told |= {code: (message, remedy) for code, message, remedy in found}

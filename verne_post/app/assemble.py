@@ -193,6 +193,7 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
         rotary=machine.coordinates.rotary,
         given_systems=frozenset(options.wcs),
         unmeasured_wcs=options.unmeasured_wcs,
+        replaced_tools=options.replaced_tools,
         travel=MachineTravel(machine),
         **_select_text_options(options),
     )

@@ -348,13 +348,17 @@ def _list_stretches(moves: Moves, path: ToolPath) -> list[_Stretch]:
     return [_Stretch(begin, end, tool, length) for (begin, tool, length), end in zip(ends, closing, strict=True)]
 
 
-def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch) -> tuple[int, int]:
+def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch, before: _Stretch | None) -> tuple[int, int]:
     """The first move of a stretch that cuts, and the first that does so lower than the stretch began; -1 without one.
 
     Before a tool goes down, its length is no matter: posts move a retracted head at feed rate where a control of theirs
-    has no fast rapids, and call the length after that.
+    has no fast rapids, and call the length after that. Nothing is retracted where the stretch ``before`` ends at its
+    deepest cut.
     """
-    first, floor = -1, path.start[stretch.begin, 2] - LIMIT_SLACK_MM
+    begins_at = path.start[stretch.begin, 2]
+    first, floor = -1, begins_at - LIMIT_SLACK_MM
+    if before is not None and begins_at <= _find_deepest_cut(path, before) + LIMIT_SLACK_MM:
+        floor = math.inf
     for block, stop in iterate_blocks(stretch.end - stretch.begin):
         begin, end = stretch.begin + block, stretch.begin + stop
         move = path.move[begin:end]
@@ -366,6 +370,16 @@ def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch) -> tuple[int, in
         if len(low):
             return first, int(move[low[0]])
     return first, -1
+
+
+def _find_deepest_cut(path: ToolPath, stretch: _Stretch) -> float:
+    """The lowest Z of the cuts of a stretch, mm; below all places without one."""
+    lowest = math.inf
+    for block, stop in iterate_blocks(stretch.end - stretch.begin):
+        rows = slice(stretch.begin + block, stretch.begin + stop)
+        cuts = path.end[rows, 2][path.feed_time[rows] > 0]
+        lowest = min(lowest, float(cuts.min(initial=math.inf)))
+    return lowest if lowest < math.inf else -math.inf
 
 
 def _find_low_rapid(
@@ -431,7 +445,7 @@ def _check_lengths(
     with_length: set[int] = set()  # tools that have had theirs so far
     stretches = _list_stretches(moves, path)
     needs_code = any(one.length for one in stretches)
-    for stretch in stretches:
+    for stretch, stretch_before in zip(stretches, (None, *stretches), strict=False):
         tool, length = stretch.tool, stretch.length
         before += [] if tool in before else [tool]
         with_length |= {tool} if length else set()
@@ -455,7 +469,7 @@ def _check_lengths(
         owner = next((one for one in before if one in owners), None)
         if length and (not owners or own == length or tool not in lengths):
             continue
-        first, low = _find_cuts(moves, path, stretch)
+        first, low = _find_cuts(moves, path, stretch, stretch_before)
         if first < 0:
             continue
         change = _find_change(moves, first)

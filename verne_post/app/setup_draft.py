@@ -13,6 +13,7 @@ from verne_post.base.long_text import Text
 from verne_post.config.control_tables import merge_keys
 from verne_post.gcode.languages import NO_PROGRAM
 from verne_post.gcode.machining.holes import TAPPING_KEY
+from verne_post.gcode.missing_setup import LENGTH_KEY
 from verne_post.gcode.read import read_past_errors
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError
@@ -27,6 +28,8 @@ MOST_READINGS: Final = 8
 #: the same with both is one of the stand-ins.
 STAND_INS_MM: Final = (100.0, 1.0)
 OTHER_STAND_INS_MM: Final = (130.0, 40.0)
+#: Keys in no table.
+_LONE_KEYS: Final = (SPLIT_KEY, TAPPING_KEY, LENGTH_KEY)
 #: What of a tool a set-up may say, and nobody has said.
 UNKNOWN: Final = (None, 0.0)
 
@@ -42,6 +45,7 @@ class SetupDraft(Struct, frozen=True):
     codes: Mapping[str, str | None]  #: User-defined code -> its meaning; None where nobody has said.
     tool_length: float | None  #: Of the one tool, mm, in place of ``tools``.
     split: bool  #: The setpoints are cut where the machine waits for a person.
+    needs_length: bool  #: It calls no tool, and nobody has said how long the one is that it has.
     taps: bool  #: It has rigid tapping, and nobody has said that the control couples the spindle.
     others: tuple[Finding, ...]  #: Errors of the program that no set-up settles.
     #: Table and name of each key that the program asks for, or whose tool or work system it uses; None where nobody
@@ -57,6 +61,7 @@ class SetupDraft(Struct, frozen=True):
             "diameter": [name for name, (_, diameter) in self.tools.items() if diameter is None],
             "place": [name for name, place in self.wcs.items() if place is None],
             "meaning": [code for code, meaning in self.codes.items() if meaning is None],
+            "tool length": ["tool_length"] if self.needs_length else [],
             "choice": ["tapping"] if self.taps else [],
         }
 
@@ -82,7 +87,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
             break
         keys |= dict.fromkeys(new)
     split = options.split_at_stops or SPLIT_KEY in keys
-    for kind, name, *what in (key for key in keys if key not in (SPLIT_KEY, TAPPING_KEY)):
+    for kind, name, *what in (key for key in keys if key not in _LONE_KEYS):
         if kind == "tools":
             name = names.get(int(name), name) if name.isdecimal() else name
             length, diameter = tools.get(name, UNKNOWN)
@@ -94,13 +99,15 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         again, *_ = _find_errors(source, machine, _assume(options, keys, OTHER_STAND_INS_MM))
         same = {(item.line, item.code, item.message) for item in again}
         others = tuple(item for item in others if (item.line, item.code, item.message) in same)
-    tool_length = _assume(options, keys).tool_length
+    needs_length = LENGTH_KEY in keys and not tools
+    tool_length = None if needs_length else _assume(options, keys).tool_length
     return SetupDraft(
         {} if tool_length is not None else tools,
         wcs,
         codes,
         tool_length,
         split,
+        needs_length,
         TAPPING_KEY in keys,
         others,
         moves=moves,
@@ -182,10 +189,11 @@ def _assume(
     control = merge_keys(options.control, {dialect: {"tools": names} for dialect in NAMING_TOOLS} if names else {})
     split = options.split_at_stops or SPLIT_KEY in keys
     tapping = "feed" if TAPPING_KEY in keys else options.tapping
+    length = sizes_mm[0] if LENGTH_KEY in keys else options.tool_length
     return options.changed(
         tools=tools or None,
         # of one tool, and not beside a table of tools
-        tool_length=None if any(key[0] == "tools" for key in keys) else options.tool_length,
+        tool_length=None if any(key[0] == "tools" for key in keys) else length,
         wcs={**options.wcs, **wcs},
         remap={**options.remap, **remap},
         control=control,

@@ -37,11 +37,39 @@ def quote_start(source: Text, program: Program, findings: Sequence[Finding]) -> 
         return list(findings)
     heights = tip + np.outer(_HEIGHTS, (0.0, 0.0, 1.0))
     letters = "Z" if _are_legal(program, heights, angles, length).any() else "XY"
-    for number in dict.fromkeys(moves.line[: min(first, _OPENING)].tolist()):
+    end = min(first, _OPENING)
+    if letters == "XY" and (turned_letters := _find_beyond(program, tip, angles, length)):
+        letters, end = turned_letters, first + _OPENING  # the first naming of A may come after the first move
+    for number in dict.fromkeys(moves.line[:end].tolist()):
         text = (take_line(source, number) or b"").decode("utf-8", errors="replace")
-        if number < line and any(find_word(text, letter) is not None for letter in letters):
-            return [dataclasses.replace(item, line=number) if _is_at(item, line) else item for item in findings]
+        if (number < line or end > first) and any(find_word(text, letter) is not None for letter in letters):
+            return [_move_to(item, number) if _is_at(item, line) else item for item in findings]
     return list(findings)
+
+
+def _move_to(item: Finding, line: int) -> Finding:
+    """A finding with its line, and with no line before it."""
+    last, worst = (max(one or line, line) for one in (item.last_line, item.worst_line))
+    return dataclasses.replace(item, line=line, last_line=last, worst_line=worst)
+
+
+def _find_beyond(program: Program, tip: Array, angles: Array, length: float) -> str:
+    """The letters of rotary axes of which each, at 0, would bring all rotary joints of a pose within their travel."""
+    machine = program.machine
+    rotary = np.array([column.unit != "mm" for column in machine.columns])
+    lower, upper = machine.limits.lower[rotary] - LIMIT_SLACK, machine.limits.upper[rotary] + LIMIT_SLACK
+
+    def is_within(tilt: Array) -> bool:
+        q, _platform, ok = machine.five_axis.solve(tip[None], tilt[None], length)
+        return bool(ok[0] and (q[0, rotary] >= lower).all() and (q[0, rotary] <= upper).all())
+
+    if is_within(angles):
+        return ""
+    return "".join(
+        letter
+        for one, letter in enumerate(machine.rotary_letters)
+        if is_within(np.where(np.arange(2) == one, 0, angles))
+    )
 
 
 def _is_at(item: Finding, line: int) -> bool:

@@ -168,7 +168,9 @@ def make_setup(
     draft, remarks, said = _take_diameters(source, draft, dialect, ())
     tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
     numbers = _list_given_numbers(options)
-    asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping, numbers)
+    asked = Asked(
+        draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.needs_length, draft.split, tapping, numbers
+    )
     text = write_setup(name, asked, remarks, dialect, machine.coordinates.zero_point, idle)
     return text, list_missing(draft.missing), draft.others, said
 
@@ -226,7 +228,7 @@ def _extend_setup(
     length = draft.tool_length if given.get("tool_length") is not None else None
     tapping = "refuse" if draft.taps else given.get("tapping") or ""
     split = draft.split and (not options.split_at_stops or bool(given.get("split_at_stops")))
-    asked = Asked(tools, wcs, codes, length, split, tapping, _list_given_numbers(options))
+    asked = Asked(tools, wcs, codes, length, draft.needs_length, split, tapping, _list_given_numbers(options))
     extended = extend_setup(text, asked, draft.used, remarks, dialect, machine.coordinates.zero_point)
     idle = {key for table, key in extended.unused if table == "tools"}
     missing = {

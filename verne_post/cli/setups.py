@@ -78,6 +78,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     below: dict[str, Any] = {}
     own: set[str] = set()  # parameters that a set-up gives, also where another one replaces them
     named: dict[str, str] = {}
+    tool_places: dict[int, str] = {}
     offsets: list[Offsets] = []
     keep_out: dict[str, tuple[FixtureFile, Path | None, str]] = {}
     stock: tuple[FixtureFile, Path | None, str] | None = None
@@ -93,6 +94,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
         if any(key in values for key in TABLE_KEYS):
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
         below |= values
+        tool_places |= setup.list_tool_places()
         named |= {KEYS_OF_FILES[key]: setup.place_of(key) for key in setup.files if key in KEYS_OF_FILES}
         if setup.part is not None:
             part = setup.part, setup.files["part.nominal"], setup.place_of("part.nominal")
@@ -118,7 +120,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     remap = {code: meaning for setup in setups for code, meaning in setup.remap.items()}
     control = tuple(setup.control for setup in setups)
     replaced = tuple(key for key in above if key in own)
-    merged = {**given, **below, **above}
+    merged = {**given, **below, **above, "replaced_tools": tool_places}
     return Placed(merged, tuple(offsets), keep_out, stock, part, source, named, remap, control, replaced)
 
 

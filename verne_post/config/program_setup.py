@@ -163,6 +163,10 @@ class ProgramSetup(Struct, frozen=True):
         """A key of it, in messages."""
         return f"{self.name}: {key}"
 
+    def list_tool_places(self) -> dict[int, str]:
+        """Its tools by their numbers, each with the table, in messages."""
+        return dict.fromkeys(self.options.get("tools", ()), self.place_of("tools"))
+
 
 def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: bool) -> ProgramSetup:
     """The set-up in a file, which messages call ``name``.
@@ -206,6 +210,8 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     """
     own = {key: value for key, value in data.items() if key in SetupFile.__struct_fields__}
     rest = {key: value for key, value in data.items() if key not in own}
+    if rest.get("tool_length") == TO_MEASURE:
+        del rest["tool_length"]
     place = f"{prefix}." if prefix else ""
     sentences = list(_take_nested_tables(own, place))
     elsewhere = {key.lower(): f"{key} belongs into {table}" for key in rest if (table := _find_table(key))}

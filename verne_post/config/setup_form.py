@@ -24,6 +24,7 @@ class Asked(Struct, frozen=True):
     wcs: Mapping[str, WorkOffset | None]
     codes: Mapping[str, str | None]
     tool_length: float | None
+    needs_length: bool  #: That of the one tool, in place of ``tools``, is still to be measured.
     split: bool
     tapping: str  #: What the file says of rigid tapping; empty where the program has none.
     numbers: Mapping[str, int] = {}  #: Name of a tool -> its number, where somebody has given it.
@@ -120,8 +121,11 @@ def describe_tables(dialect: str, zero: str) -> dict[str, str]:
 
 def list_edits(asked: Asked, data: Mapping[str, Any], remarks: Mapping[str, str]) -> Iterator[Edit]:
     """What is to be written into a set-up that says ``data``; what is filled in there stays."""
-    if asked.tool_length is not None and not data.keys() & set(TOOL_KEYS):
+    is_open = not data.keys() & set(TOOL_KEYS)
+    if asked.tool_length is not None and (is_open or data.get("tool_length") == TO_MEASURE):
         yield Edit(("tool_length",), f"{asked.tool_length:g}")
+    elif asked.needs_length and is_open:
+        yield Edit(("tool_length",), _show_size(None), "from the gauge line of the spindle to the tip")
     if asked.split and "split_at_stops" not in data:
         yield Edit(("split_at_stops",), "true", "one file of setpoints from stop to stop; convert needs -o NAME.csv")
     if asked.tapping and "tapping" not in data:
@@ -171,6 +175,9 @@ def list_missing(missing: Mapping[str, list[str]]) -> str:
     """``the length of tools 1 and 5, the place of G54``; empty where nothing is missing."""
     texts = []
     for what, names in missing.items():
+        if what == "tool length":
+            texts += [f"the {what}"] if names else []
+            continue
         tools = what in ("length", "diameter")
         whose = f"tool{'s' if len(names) > 1 else ''} " if tools else ""
         texts += [f"the {what} of {whose}{join_names([make_printable(name) for name in names])}"] if names else []

@@ -87,6 +87,7 @@ def lay_over_setup(
         }
     part: NominalPart | None = None
     own: set[str] = set()
+    tool_places: dict[int, str] = {}
     wcs: dict[int, WorkOffset] = {}
     to_measure: dict[int, str] = {}
     for file in setups:
@@ -96,6 +97,7 @@ def lay_over_setup(
                 below, files = _drop_tools(below), _drop_tools(files)
             has |= {*TOOL_KEYS}
         own |= has
+        tool_places |= file.list_tool_places()
         below |= file.options
         files |= {key: (path, file.place_of(key)) for key, path in file.files.items() if key in FILE_KEYS}
         named = {f"keep_out.{name}": one for name, one in file.keep_out.items()}
@@ -138,6 +140,7 @@ def lay_over_setup(
             "wcs": wcs,
             "unmeasured_wcs": {system: name for system, name in to_measure.items() if system not in wcs}
             | options.unmeasured_wcs,
+            "replaced_tools": tool_places,
             "keep_out": tuple(fixtures.values()),
             "remap": {code: meaning for one in remaps for code, meaning in one.items()},
             "control": merge_keys(*controls),

@@ -165,6 +165,10 @@ class Block(At):
     corner: tuple[str, float] | None = None
     arguments: "tuple[dict[str, float], dict[int, float]] | None" = None
 
+    def find_code(self, name: str) -> int | None:
+        """The column of a code, as G43.4; None where the block does not have it."""
+        return next((column for letter, number, column in self.codes if f"{letter}{number:g}" == name), None)
+
 
 def build_block_of_words(letters: str, values: list[float], line: int) -> Block | None:
     """The block of a line of plain words; None where only the exact reader can read it."""

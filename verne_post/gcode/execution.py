@@ -47,8 +47,8 @@ class Execution(Struct):
     recorder: Recorder
     errors: list[Finding] = field(default_factory=list)
     _reported_errors: set[tuple[int, str, str]] = field(default_factory=set)
-    #: Where the finding of each cause stands among the errors, and what it is about.
-    _causes: dict[tuple[str, str], tuple[int, list[str]]] = field(default_factory=dict)
+    #: Where the finding of each cause stands among the errors, what it is about, and its place in another file.
+    _causes: dict[tuple[str, str], tuple[int, list[str], str]] = field(default_factory=dict)
     is_lost: bool = False  #: A jump or a call leads nowhere, and lines behind it were not read.
     #: Lines of the program that a jump to nowhere is probably meant to pass over: what they say may be no program.
     _passed_lines: set[int] = field(default_factory=set)
@@ -111,8 +111,8 @@ class Execution(Struct):
                 return True
             self._passed_lines.update(range(line + 1, error.passes_to))
         message = called_lines.name_lines(error.message)
-        message = message if file is None else f"{file}, line {line}: {message}"
-        key = (shown_number, error.code, message)
+        place = "" if file is None else f"{file}, line {line}: "
+        key = (shown_number, error.code, place + message)
         if (
             key in self._reported_errors and not error.of_value
         ):  # the error is in a loop, whose end may depend on what was not executed
@@ -132,7 +132,7 @@ class Execution(Struct):
         there = (one if one.line or one.key else replace(one, line=shown_number) for one in error.edits)
         edits = called_lines.keep_edits(tuple(one for one in there if file is None or one.key))
         reason = error.about, error.settled_by, error.cause, edits, error.advice
-        self.report_at_line(error.code, message, shown_number, column, *reason)
+        self.report_at_line(error.code, message, shown_number, column, *reason, place=place)
         if error.cause_line and file is None:
             self._move_to_cause(error.cause, error.cause_line)
         self._error_count += 1
@@ -167,19 +167,28 @@ class Execution(Struct):
         cause: str = "",
         edits: tuple[Remedy, ...] = (),
         advice: str | None = None,
+        *,
+        place: str = "",
     ) -> None:
-        """Add an error of a line, or count it with those of its cause, which then names everything concerned."""
+        """Add an error of a line, or count it with those of its cause, which then names everything concerned.
+
+        The message begins with the ``place`` in another file of the first of them.
+        """
         words = message if about is None else message.replace(about, "\0")
         shared_words = NEAR_TOOL.sub("", words)
-        at, things = self._causes.setdefault(("", cause) if cause else (code, shared_words), (len(self.errors), []))
+        file = place.rpartition(", ")[0]
+        words_of_cause = ("", cause) if cause else (code, f"{file}\0{shared_words}" if file else shared_words)
+        at, things, place = self._causes.setdefault(words_of_cause, (len(self.errors), [], place))
         if cause and at < len(self.errors):
-            words = shared_words = self.errors[at].message
+            words = shared_words = self.errors[at].message.removeprefix(place)
         if about is not None and about not in things:
             things.append(about)
         if at == len(self.errors):
             where = {"line": line, "last_line": line, "worst_line": line, "column": column}
             keys = (settled_by,) if settled_by else ()
-            self.errors.append(make_finding(code, message, settled_by=keys, edits=edits, advice=advice, **where))
+            self.errors.append(
+                make_finding(code, place + message, settled_by=keys, edits=edits, advice=advice, **where)
+            )
             return
         item = self.errors[at]
         if len(things) > 1:
@@ -189,13 +198,13 @@ class Execution(Struct):
         )
         self.errors[at] = replace(
             add_line(item, line),
-            message=words.replace("\0", _join_names(things)),
+            message=place + words.replace("\0", _join_names(things)),
             settled_by=all_settled_by,
         )
 
     def _move_to_cause(self, cause: str, line: int) -> None:
         """The finding of several errors stands in the line of their cause: that is what to look at first."""
-        at, _things = self._causes["", cause]
+        at, *_others = self._causes["", cause]
         item = self.errors[at]
         first = item.line or line
         if item.count > 1 and first > line:

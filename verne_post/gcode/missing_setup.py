@@ -61,6 +61,11 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
     is_name = any(tool.key == f"tools.T{number}" for tool in (state.tools or {}).values())
     if is_name:
         why = f"the set-up has no {name}, and T{number} is the name of one; write {number} in place of T{number} there"
+    elif place := setup.replaced_tools.get(number, ""):
+        why = (
+            f"{place} has it, but tools are not joined: the tools of a nearer set-up, or a tool table, replace all of "
+        )
+        why += "that table; add the tool there"
     elif setup.tools is None:
         why = f"the length is in no set-up and in no tool table; give --tool-table FILE{ONE_TOOL}"
     else:
@@ -94,13 +99,22 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
         )
 
 
+#: The key of a set-up that has the length of the one tool, which no line of the program calls.
+LENGTH_KEY: Final = ("tool_length",)
+
+
+def find_length_key(setup: Setup) -> tuple[str, ...]:
+    """The key that settles a missing length of a program that calls no tool; none beside tools, which exclude it."""
+    return LENGTH_KEY if setup.tools is None else ()
+
+
 def advise_length(setup: Setup, *, call: bool = True) -> str:
     """What helps where no tool length is in force, and the program names no tool: no form asks for its length.
 
     ``call``: the message does not say that a call of the tool is missing.
     """
     if setup.tools is None:
-        return f"Write tool_length = MM in the first line of INPUT.toml{', or call the tool in the program' * call}."
+        return f"Fill in tool_length, mm, in INPUT.toml{', or call the tool in the program' * call}."
     return (  # tools of a set-up exclude tool_length
         "Write the length of the tool under [tools] in INPUT.toml, or in the tool table"
         f"{', and call the tool in the program' * call}."
@@ -208,14 +222,15 @@ def report_missing_offset(
         text = f'{setup_name}: {key}{also} is still "measure"; write [x, y, z] of the part zero there, mm from {zero}'
         return make_finding("VP033", text, severity="error", advice="", **where)
     if others:
-        given = " and ".join(name_system(one) for one in sorted(others))
+        names = [name_system(one) for one in sorted(others)]
         what = f"{word}, which is {name} here," if word else name
-        key = name if name.isalnum() else f'"{name}"'
         text = (
-            f"{what} has no place on the table, and {given} {'has' if len(others) == 1 else 'have'} one: write "
-            f"{key} = [x, y, z] under [wcs] of the set-up, mm from {zero}, or give --wcs {name}=X,Y,Z"
+            f"{what} has no place on the table, and {' and '.join(names)} {'has' if len(names) == 1 else 'have'} one: "
+            f"give --wcs {name}=X,Y,Z, mm from {zero}"
         )
-        return make_finding("VP033", text, severity="error", advice="", **where)
+        if len(names) == 1 and moves.language != "heidenhain":
+            text += f", or write {names[0]} if that is meant"
+        return make_finding("VP033", text, severity="error", advice=GIVE_PLACE.format(quote_key(name)), **where)
     what = f"no {'datum' if moves.language == 'heidenhain' else 'work offset'} was given: {word or name}"
     meaning = f", the name of {word} here" if word else ""
     text = f"{what} is at {zero}; give --wcs {name}=X,Y,Z{meaning}"

@@ -192,6 +192,7 @@ class Recorder(Struct):
     system_lines: dict[int, int] = field(default_factory=dict)
     #: The columns there that are known.
     system_columns: dict[int, int] = field(default_factory=dict)
+    has_word_numbers: bool = False  #: One of them is minus the number of a word in the line that is executed.
     #: Where tool axes gave way to places of the table.
     table_places: list[TablePlace] = field(default_factory=list)
     stock: Stock | None = None
@@ -256,9 +257,19 @@ class Recorder(Struct):
         self.say_tcp(False)
         self.note_tcp_end(line, word)
 
-    def note_system(self, system: int, line: int) -> None:
+    def note_system(self, system: int, line: int, column: int | None = None) -> None:
         """A line selects a work system."""
-        self.system_lines.setdefault(system, self.lines.find_own(line))
+        if system not in self.system_lines:
+            self.system_lines[system] = self.lines.find_own(line)
+            if column is not None:
+                self.system_columns[system] = column
+                self.has_word_numbers |= column < 0
+
+    def find_system_columns(self, columns: Sequence[int]) -> None:
+        """Put the columns of a line in place of the numbers of its words, which are below 0."""
+        self.has_word_numbers = False
+        for system, column in self.system_columns.items():
+            self.system_columns[system] = columns[-column - 1] if column < 0 else column
 
     def note_tcp_end(self, line: int, word: str) -> None:
         """A word ends tool-centre-point control, or the length, and leaves the table as it stands."""
@@ -299,7 +310,7 @@ class Recorder(Struct):
         if self.count - plane.before > 1:  # it was in use: beside a turn to it there was another move
             if not any(one.kind == "tool" and one.before > plane.before for one in self.events):
                 end = f"{plane.end} where it is over{before}"
-                return f"{what} is in force: look at its angles; {plane.turn}; or write {end}"
+                return f"{what} is in force: {plane.turn}; look at its angles too; or write {end}"
             return f"{what} is still in force: write {plane.end} where it is over, or {plane.turn}"
         return f"{what} is in force: {plane.turn} ({plane.end} ends it)"
 

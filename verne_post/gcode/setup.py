@@ -50,6 +50,7 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     given_systems: frozenset[int] = frozenset()  #: Work systems whose origin was given: parameters do not change them.
     #: Work systems that a set-up marks as still to be measured -> its name.
     unmeasured_wcs: Mapping[int, str] = field(default_factory=dict)
+    replaced_tools: Mapping[int, str] = field(default_factory=dict)  #: As in the options.
     #: A and C (machine coordinates, degrees) at which the table stands, for each tool axis that gives way to
     #: them, in order of execution; only those that have been found.
     table_places: tuple[tuple[float, float], ...] = ()

@@ -96,8 +96,9 @@ CODES: Final[dict[str, Code]] = _make_table(
      "Add [home] to the machine file, or go to machine coordinates: G53, SUPA, M91."),
     ("VP016", "tool length changed under tilt", "error",
      "After a change of the tool length offset with the table tilted, the next move must be a rapid traverse in "
-     "absolute coordinates.",
-     "Program a rapid traverse (G0, FMAX) to the position after the change."),
+     "absolute coordinates. If no length is in force any more, it names Z, or the tool is retracted before.",
+     "Program a rapid traverse (G0, FMAX) to the position after the change. Before a turn of the rotary axes "
+     "without a length, retract in machine coordinates (G53, G28, SUPA, M91)."),
     ("VP017", "not allowed in this modal state", "error",
      "A G code, cycle or axis word conflicts with a mode that is on (plane, compensation, tilt).",
      ""),

@@ -157,6 +157,15 @@ def check_unmeasured(value: object) -> dict[int, str]:
     return found
 
 
+def check_replaced_tools(value: object) -> dict[int, str]:
+    """Names of tables by the number of a tool."""
+    what = "a mapping such as {2: 'verne-post.toml: tools'}"
+    found = check_mapping(value, what)
+    if not all(type(number) is int and isinstance(place, str) for number, place in found.items()):
+        raise ValueError(f"expected {what}")
+    return dict(found)
+
+
 def _make_tool(number: int, given: object) -> Tool:
     """A tool as it is, or one of a length (mm), or of a length and a diameter."""
     if isinstance(given, Tool):

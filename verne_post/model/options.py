@@ -35,6 +35,7 @@ from verne_post.model.option_checks import (
     check_part,
     check_place,
     check_remap,
+    check_replaced_tools,
     check_shapes,
     check_stock,
     check_texts,
@@ -541,6 +542,16 @@ class Options:
             "Work systems that a set-up marks as still to be measured, and which file that is.", Group.SETUP
         ),
     ] = field(default_factory=dict)
+    replaced_tools: Annotated[
+        dict[int, str],
+        Checked(check_replaced_tools),
+        About(
+            "Tools of a set-up whose table another one replaces, and where that table is.",
+            Group.SETUP,
+            flag="",
+            in_settings=False,
+        ),
+    ] = field(default_factory=dict)
 
     subroutine_files: Annotated[
         dict[str, str],
@@ -786,7 +797,15 @@ def _make_refusal(name: str, value: object, reason: str) -> UsageError:
 
 
 #: Options that change nothing in what is made; of a name, the ending alone may (the dialect).
-_WITHOUT_EFFECT: Final = ("source_name", "setup_source", "setup_file", "command_words", "subroutine_files", "jobs")
+_WITHOUT_EFFECT: Final = (
+    "source_name",
+    "setup_source",
+    "setup_file",
+    "command_words",
+    "replaced_tools",
+    "subroutine_files",
+    "jobs",
+)
 
 
 def _hide_inner_numbers(keys: Mapping[str, Any]) -> dict[str, Any]:

@@ -22,10 +22,12 @@ from verne_post.verification.collector import FindingCollector
 from verne_post.verification.completeness import CompletenessCheck
 from verne_post.verification.dynamics import DynamicsCheck
 from verne_post.verification.feed import FeedCheck
-from verne_post.verification.path import OTHER_ROWS, PathCheck
+from verne_post.verification.path import MADE_WITH, OTHER_ROWS, PathCheck
 from verne_post.verification.reference import Reference, build_reference
 from verne_post.verification.rows import Forward, LostPath, MeasuredRows, RowMatcher
 
+#: What follows where the rows are those of another program or set-up, which VP411 or VP413 says.
+_OF_OTHER_ROWS: Final = ("VP404", "VP412", "VP413")
 #: Rows of another program are lost before this share of them.
 _FEW_FOLLOWED: Final = 0.1
 
@@ -104,9 +106,14 @@ class Verifier:
 
 
 def join_verdicts(verdicts: Iterable[Verification]) -> Verification:
-    """The verdict of all parts of a verifier, from those of each; findings by their codes."""
+    """The verdict of all parts of a verifier, from those of each; findings by their codes.
+
+    What follows from rows that are those of another program or set-up is no finding of its own.
+    """
     path, motion = verdicts
     found = sorted([*motion.findings, *path.findings], key=lambda item: item.code)
+    if causes := [item.code for item in found if MADE_WITH in item.message]:
+        found = [item for item in found if item.code == causes[0] or item.code not in _OF_OTHER_ROWS]
     return replace(
         motion, tip_deviation_mm=path.tip_deviation_mm, axis_deviation_deg=path.axis_deviation_deg, findings=found
     )

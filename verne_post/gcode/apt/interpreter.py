@@ -10,7 +10,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.machining.holes import Thread, check_tapping, tap
 from verne_post.gcode.machining.machining import warn_of_long_dwell
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.missing_setup import advise_length
+from verne_post.gcode.missing_setup import advise_length, find_length_key
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.interpreter import Rs274
@@ -67,6 +67,7 @@ class _Motion(MotionCodes):
                 "VP012",
                 "no tool length has been given before the first move at feed rate; write LOADTL/n and give "
                 "--tool-table FILE, or give --tool-length MM",
+                settled_by=find_length_key(self.core.setup),
             ).advise(advise_length(self.core.setup))
 
 

@@ -262,10 +262,14 @@ def _refuse_twice(statement: Statement, head: Head, number: int, place: int) -> 
 
 
 def find_cycle_of(head: Head) -> int | None:
-    """The one cycle whose number is a slip away, and which has all parameters of a definition; None without one."""
+    """The one other cycle whose number is a slip away, and which has all parameters of a definition; else None."""
     given = {int(one) for one in re.findall(r"(?:^|[ \t])Q(\d{1,4})[ \t]*=", head.rest)}
     fits = [one for one, (needs, defaults) in OF_PARAMETERS.items() if given and given <= {*needs, *defaults}]
-    fits = [one for one in fits if given >= {*OF_PARAMETERS[one][0]}] or fits
+    if head.number in fits:
+        return None
+    complete_fits = [one for one in fits if given >= {*OF_PARAMETERS[one][0]}]
+    # a parameter may be mistyped in a cycle that is executed, so its number is wrong only where another has them all
+    fits = complete_fits or ([] if head.number in OF_PARAMETERS else fits)
     near = find_with_digit(head.number, fits)
     others = [one for one in fits if sum(a != b for a, b in zip(str(one), str(head.number), strict=False)) == 1]
     same_length = [one for one in others if len(str(one)) == len(str(head.number))]

@@ -13,7 +13,7 @@ from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.elements import Element, make_arc
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep, find_tangent_sweep
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, locate_errors
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.rs274.values import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.model.moves import AXES, MoveKind
@@ -268,9 +268,10 @@ class KlartextPaths:
         clockwise = self._read_sense(statement, words, 0, 1) < 0
         if math.dist(target.start[:2], target.end[:2]) < ARC_CHORD_MM:
             raise statement.error("VP008", "CR to the place where the tool is; write a full circle with CC and C")
-        return build_arc_from_radius(
-            target.start, target.end, 0, clockwise, radius * self.frames.unit, 0, self.frames.unit
-        )
+        with locate_errors(statement.find_place(words.columns["R"])[1]):
+            return build_arc_from_radius(
+                target.start, target.end, 0, clockwise, radius * self.frames.unit, 0, self.frames.unit
+            )
 
     def _move_on_tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
         """CT: goes on in the direction of the element before."""

@@ -103,7 +103,7 @@ class KlartextPatterns:
         head = read_head(statement)
         number = head.number
         self.settings.refuse_other_number(statement, head)
-        if (number in REFUSED_CYCLES or number not in CYCLES) and (meant_number := find_cycle_of(head)):
+        if meant_number := find_cycle_of(head):
             text = f"{number}: no cycle of these parameters; did you mean {meant_number}?"
             raise statement.error("VP001", text, head.begin)
         rest_of_number = re.match(r"[ \t]+\d{1,2}(?=[ \t]+[A-Z])", head.rest)

@@ -425,10 +425,10 @@ class KlartextSettings:
         self.core.refuse_compensation("CYCL DEF 247")
         state = self.state
         self.maps.reset()
-        line, recorder, at = self.frames.block.line, self.core.recorder, find_parameter(statement, Q.PRESET_NUMBER)
-        if at is not None and statement.line == line and system not in recorder.system_lines:
-            line, recorder.system_columns[system] = statement.find_place(at)
-        recorder.note_system(system, line)
+        line, column, at = self.frames.block.line, None, find_parameter(statement, Q.PRESET_NUMBER)
+        if at is not None and statement.line == line:
+            line, column = statement.find_place(at)
+        self.core.recorder.note_system(system, line, column)
         self.core.frames.set_frame(
             replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool, feature=None)
         )

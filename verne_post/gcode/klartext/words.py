@@ -130,7 +130,7 @@ def read_words(statement: Statement, numbers: Numbers, pattern: re.Pattern[str] 
 def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, begin: int) -> ProgramError:
     """Why no word begins at a place of the text: a slip of the word that is meant, a number that is none or missing."""
     word = text[begin:].split()[0]
-    if word[0] == "." and text[begin - 1 : begin].isdigit():
+    if word[0] in ".," and text[begin - 1 : begin].isdigit():
         begin = len(text[:begin].rstrip()) - len(text[:begin].split()[-1])
         word = text[begin:].split()[0]
         return statement.error("VP001", f"{word}: two points in one number; write it with one", begin)

@@ -370,7 +370,14 @@ class Machining:
     # --- motion ------------------------------------------------------------------------------------
 
     def start_of_motion(
-        self, kind: MoveKind, *, absolute: bool, machine: bool, axes: Iterable[int] | None = None, at: At | None = None
+        self,
+        kind: MoveKind,
+        *,
+        absolute: bool,
+        machine: bool,
+        axes: Iterable[int] | None = None,
+        at: At | None = None,
+        stands: bool = False,
     ) -> list[float]:
         """Where axes (9) stand that a motion does not name; applies the rule for a change of tool length under tilt.
 
@@ -385,11 +392,14 @@ class Machining:
             Those that the motion names; None where it says where all of them go.
         at : At, optional
             The block, where the motion begins at what is returned: VP046 then warns of a way that it does not name.
+        stands : bool
+            A turn of the rotary axes, in which linear axes that are not named stand in the machine.
 
         Raises
         ------
         ProgramError
-            VP016: the tip is elsewhere, and this motion would not go from there, or would go down by the tool length.
+            VP016: the tip is elsewhere, and this motion would not go from there, or would go down by the tool length,
+            or would turn the part beside a tool without a length.
         """
         state = self.state
         if machine:
@@ -416,11 +426,14 @@ class Machining:
             return state.position
         if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(values_before[_Z]):
             # Z was programmed for the tip; for the spindle's nose it would take the tool down by its length
-            raise ProgramError(
-                "VP016",
-                f"no tool length is in force any more with the {self.setup.rotary_side} tilted: the programmed Z would "
-                "lower the tool by its length; name Z in this motion, or retract in machine coordinates before",
+            what = (
+                f"no tool length is in force any more with the {self.setup.rotary_side} tilted ({letter} {tilt:g} deg)"
             )
+            why = "the programmed Z would lower the tool by its length; name Z in this motion, or "
+            if stands:
+                why = "this turn would move the part past a tool that no check knows; "
+            why += "retract in machine coordinates before"
+            raise ProgramError("VP016", f"{what}: {why}")
         begin = [p if math.isnan(h) else h for p, h in zip(state.position, values_before, strict=True)]
         unnamed_axes = [axis for axis in (_X, _Y, _Z) if axis not in (axes or ())]
         way = math.dist([begin[axis] for axis in unnamed_axes], [state.position[axis] for axis in unnamed_axes])

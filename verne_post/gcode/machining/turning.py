@@ -148,7 +148,8 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
     named_axes = [axis for axis in _LINEAR if axis in words]
     stand = [axis for axis in _LINEAR if axis not in words]
     # where all of them stand, it is the same at a feed rate
-    core.start_of_motion(kind if named_axes else MoveKind.RAPID, absolute=True, machine=False, axes=words)
+    kind_of_start = kind if named_axes else MoveKind.RAPID
+    core.start_of_motion(kind_of_start, absolute=True, machine=False, axes=words, stands=True)
     state, coordinates = core.state, core.setup.coordinates
     here, end = find_machine_place(core), np.array(state.position)
     for axis, value in words.items():

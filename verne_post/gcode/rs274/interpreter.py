@@ -475,7 +475,7 @@ class Rs274(Language):
 
     def _select_system(self, block: Block, code: int) -> None:
         system = self._find_system_number(block, code)
-        self.core.recorder.note_system(system, block.line)
+        self.core.recorder.note_system(system, block.line, block.find_code(spell_g_code(code)))
         self.core.frames.select_system(system)
 
     def _find_system_number(self, block: Block, code: int) -> int:

@@ -21,7 +21,14 @@ from verne_post.gcode.machining.machining import (
     warn_of_other_plane,
 )
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
-from verne_post.gcode.missing_setup import advise_length, find_tool_key, report_unloaded, stands_in, suggest_call
+from verne_post.gcode.missing_setup import (
+    advise_length,
+    find_length_key,
+    find_tool_key,
+    report_unloaded,
+    stands_in,
+    suggest_call,
+)
 from verne_post.gcode.program_error import FILL_IN_LENGTH, ProgramError, locate_errors, write_before
 from verne_post.gcode.rs274.modes import NO_MAPS, TCP_CODES, Modes
 from verne_post.gcode.rs274.traits import Traits
@@ -99,7 +106,9 @@ def refuse_lacking(
         is_reported = tool is not None and stands_in(tool) and bool(selections) and selections[-1].is_loaded
         if not state.loaded_tool or (length == 0.0 and not is_reported) or (loads_lengths and length is None):
             raise ProgramError(
-                "VP012", f"no tool length has been given before the first feed move; use {length_words}"
+                "VP012",
+                f"no tool length has been given before the first feed move; use {length_words}",
+                settled_by=() if state.loaded_tool else find_length_key(core.setup),
             ).advise(advise_length(core.setup))
         number = state.loaded_tool
         how = f"write G43 H{number} before it, or G49 for length 0; --tool-length MM needs no G43"
@@ -323,6 +332,7 @@ class MotionCodes:
                 f"no tool length has been given before a feed move with the {self.setup.rotary_side} at {letter} "
                 f"{tilt:g}, where the height of the spindle depends on it; use {LENGTH_WORDS}, or turn to "
                 f"{letter}0 before",
+                settled_by=find_length_key(self.setup),
             ).advise(advise_length(self.setup))
         self.recorder.first_cut = self.recorder.count + 1
         return True

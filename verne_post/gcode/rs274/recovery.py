@@ -79,6 +79,8 @@ class Recovery:
                 return errors
             except ProgramError as error:
                 self.interpreter.recorder.give_up(block.line)
+                if error.code == "VP005" and not (error.column or error.line):  # what is missing has no column
+                    error.column = block.find_code(error.message.partition(" ")[0])
                 if not self._follows(error, errors):
                     errors.append(error)
                 if error.code in FATAL:

@@ -162,6 +162,8 @@ class _BlockRun:
         finally:
             if len(warnings) > first:
                 _find_columns_of_warnings(warnings, first, chunk.read_raw(row))
+            if interpreter.recorder.has_word_numbers:
+                interpreter.recorder.find_system_columns(find_word_columns(decode_line(chunk.read_raw(row))))
         if errors:  # what is missing beside them may be in what was left out
             for key in [key for key in list(warnings)[first:] if key[1] in OF_WORDS]:
                 del warnings[key]

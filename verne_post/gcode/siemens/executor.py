@@ -190,6 +190,7 @@ class Executor:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
         to = self.interpreter
         watcher, recorder = to.core.watcher, to.recorder
+        is_first = watcher.last_hole is None  # then MCALL is not forgotten: what is wrong with this hole is the cause
         if (plane := watcher.find_new_plane(to.state)) is not None:
             end, edits = self._propose_end(plane.line)
             watcher.report(_name_modal(call), name_new_plane(plane), end, plane.line, edits, at_plane=True)
@@ -208,8 +209,9 @@ class Executor:
                 error.column = None
             # the cycle does not belong here: it was to end before, and is taken as ended; not where the plane is wrong
             if error.code == "VP017" and not (error.cause or error.of_value):
-                otherwise = "before this motion if it is no place of it"
-                watcher.explain(error, _name_modal(call), _END_MODAL, line, otherwise)
+                if not is_first:
+                    otherwise = "before this motion if it is no place of it"
+                    watcher.explain(error, _name_modal(call), _END_MODAL, line, otherwise)
                 self.modal = None
             raise
         finally:

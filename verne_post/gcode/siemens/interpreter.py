@@ -200,7 +200,7 @@ class SiemensInterpreter:
             raise ProgramError(
                 "VP007", f"{code}: work offsets here are G54 to G57 and G505 to G557", words.find_column("offset")
             )
-        self.recorder.note_system(system, words.line)
+        self.recorder.note_system(system, words.line, words.find_column("offset"))
         self.modes.system, self.modes.offset = system, self.state.systems[system]
         self.motion.set_chain()
 

@@ -275,7 +275,12 @@ class SiemensMotion:
         if not self.follows_part:
             self.core.warn_of_depth(block, state.values_before_length, places)
         begin = self.core.start_of_motion(
-            kind, absolute=True, machine=False, axes=places, at=block if self.follows_part else None
+            kind,
+            absolute=True,
+            machine=False,
+            axes=places,
+            at=block if self.follows_part else None,
+            stands=not self.follows_part and bool(set(self.setup.rotary) & set(places)),
         )
         # axes of the machine that are not named stand, whatever length the tool has now
         end = list(begin if self.follows_part else state.position)

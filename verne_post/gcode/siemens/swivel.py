@@ -89,7 +89,9 @@ class Swivel:
         direction = given.read_whole("_DIR")
         if direction not in (-1, 0, 1):
             raise given.error("VP007", f"_DIR is {direction}; allowed are -1, 0 and 1", "_DIR")
-        turn = f"give CYCLE800 _DIR -1 or 1 in place of 0, or turn {self.to.setup.both_rotary}"
+        turn = f"turn {self.to.setup.both_rotary} to it"
+        if not direction:
+            turn = f"give _DIR -1 or 1 in place of 0, which turns nothing, or turn {self.to.setup.both_rotary}"
         self.to.recorder.call_plane(line, "CYCLE800", "CYCLE800()", turn)
         given.is_given("_TC")
         given.refuse_rest(("_DMODE",))
