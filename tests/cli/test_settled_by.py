@@ -104,7 +104,7 @@ def test_other_names_of_fixtures_and_holders_are_known(
 def test_a_place_is_written_where_the_message_says(write: Callable[..., None], run: Callable[..., Any]) -> None:
     """Under [wcs], which is there: a second wcs.G55 on top would be no TOML."""
     write("g.nc", MILLED.replace("G54", "G55"), SETUP.format(10))
-    assert "write G55 = [x, y, z] under [wcs] of the set-up" in run("check", "g.nc").out
+    assert "Write G55 = [x, y, z] under [wcs] of g.nc.toml" in run("check", "g.nc").out
     write("g.nc", MILLED.replace("G54", "G55"), SETUP.format(10).replace("[wcs]", "[wcs]\nG55 = [0, 0, 60]"))
     assert run("check", "g.nc").code == 0
 

@@ -263,7 +263,7 @@ _OF_DIRECTIONS = "If directions of the machine are meant, give [fanuc]"
     [
         (_CUT.format("G54", "G43 H1"), "VP033", {}, "Fill in wcs.G54 in a.nc.toml, "),
         (_CUT.format("G54.1 P3", "G43 H1"), "VP033", {}, 'Fill in wcs."G54.1P3" in a.nc.toml, '),
-        (_CUT.format("G55", "G43 H1"), "VP033", {"wcs": _FROM_ZERO}, "Fill in wcs.G55 in a.nc.toml, "),
+        (_CUT.format("G55", "G43 H1"), "VP033", {"wcs": _FROM_ZERO}, "Write G55 = [x, y, z] under [wcs] of a.nc.toml"),
         (_CUT.format("G54", "G91 G10 L2 P2 X1\nG90 G43 H1"), "VP033", {"wcs": _FROM_ZERO}, "Fill in wcs.G55 in a.nc"),
         (_CUT.format("G54", "G49"), "VP034", {"wcs": _FROM_ZERO}, ""),
         (_CUT.format("G54", "G49"), "VP034", {"wcs": _FROM_ZERO, "tools": {1: 0.0}}, "If the gauge line is meant, "),

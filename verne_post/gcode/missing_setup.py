@@ -230,7 +230,8 @@ def report_missing_offset(
         )
         if len(names) == 1 and moves.language != "heidenhain":
             text += f", or write {names[0]} if that is meant"
-        return make_finding("VP033", text, severity="error", advice=GIVE_PLACE.format(quote_key(name)), **where)
+        advice = f"Write {quote_key(name)} = [x, y, z] under [wcs] of INPUT.toml, in mm from that point."
+        return make_finding("VP033", text, severity="error", advice=advice, **where)
     what = f"no {'datum' if moves.language == 'heidenhain' else 'work offset'} was given: {word or name}"
     meaning = f", the name of {word} here" if word else ""
     text = f"{what} is at {zero}; give --wcs {name}=X,Y,Z{meaning}"
