@@ -821,8 +821,9 @@ def test_options_are_written_once() -> None:
     for name in options.OPTIONS:
         assert options.find_about(name).help.endswith("."), name
         assert (
-            name in ("source_name", "setup_source", "setup_file", "command_words", "subroutine_files", "jobs")
-            or options.find_key(name) in record
+            options.find_key(name) in record
+            or name in ("source_name", "setup_source", "setup_file", "command_words", "subroutine_files", "jobs")
+            or name == "replaced_tools"
         )
 
 

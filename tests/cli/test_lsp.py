@@ -1777,7 +1777,7 @@ def test_what_a_set_up_lacks_is_added_to_it(client: Client, tmp_path: Path) -> N
     path = make_program(tmp_path, text, setup=setup)
     uri = client.open(path)
     shown = {one["code"]: one for one in client.diagnostics(uri)["diagnostics"]}
-    assert "write G55 = [x, y, z] under [wcs] of the set-up" in shown["VP033"]["message"]
+    assert "give wcs.G55 = [X, Y, Z]" in shown["VP033"]["message"]
     assert not any("--" in one["message"] for one in shown.values())
     fixes = ask_fixes(client, uri, shown["VP033"]["range"]["start"]["line"])
     action = fixes['Add wcs.G55 = "measure" to part.nc.toml, to be filled in']
@@ -2700,7 +2700,7 @@ def test_warnings_of_a_subprogram_stand_in_its_file(client: Client, tmp_path: Pa
     path = make_program(tmp_path, called, below, None)
     program = client.open(make_program(tmp_path, text, name, CALL_SETUP))
     sub = client.open(path)
-    assert sorted(list_codes(client, sub)) == [("VP038", 6), ("VP039", 4), ("VP050", 3)]
+    assert sorted(list_codes(client, sub)) == [("VP038", 6), ("VP039", 4), ("VP050", 4)]
     at = find_line(text.replace("P2000", "P"), "M98")
     assert sorted(set(list_codes(client, program))) == [("VP038", at), ("VP039", at), ("VP050", at)]
 
