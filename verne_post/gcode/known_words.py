@@ -296,8 +296,14 @@ def list_parameters() -> dict[str, tuple[str, ...]]:
     }
 
 
-def list_words() -> Iterator[tuple[str, str, str, bool]]:
+@cache
+def list_words() -> tuple[tuple[str, str, str, bool], ...]:
     """Language, word, what it does or why it is refused, and whether it is executed."""
+    return tuple(_collect_words())
+
+
+def _collect_words() -> Iterator[tuple[str, str, str, bool]]:
+    """Read :func:`list_words` from the tables of all languages."""
     for language, words in OF_EXPRESSIONS.items():
         yield from ((language, name, text, True) for name, text in words.items())
     for language, table in (("RS274/NGC", RS274), ("Fanuc", make_table())):

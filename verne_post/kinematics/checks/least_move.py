@@ -11,9 +11,9 @@ from operator import mul
 from typing import Final
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array
 from verne_post.base.least import find_least
 from verne_post.base.stopping import check_wanted
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -27,7 +27,7 @@ from verne_post.kinematics.checks.line_measures import (
     solve_samples,
 )
 from verne_post.kinematics.checks.violations import Check
-from verne_post.kinematics.joint_path import JointPath
+from verne_post.kinematics.joint_path import JointPath, Solved
 
 #: Decimals of a proposed move, mm: a micrometre.
 SHIFT_DECIMALS: Final = 3
@@ -58,6 +58,10 @@ class MoveProblem(Struct, frozen=True, eq=False):
     end_only: bool  #: The end of a straight line moves alone.
     also_warnings: bool  #: Keep the weaker bounds too.
     farthest: float  #: Longest move, mm.
+    #: How far inside its bound each check is (c,), and its derivative (c, k), at the moves that were tried.
+    slopes: dict[tuple[float, ...], tuple[Array, Array]] = field(default_factory=dict)
+    #: The smallest reserve that a move by a distance, mm, does not keep: larger ones are not kept either.
+    refused: dict[float, float] = field(default_factory=dict)
 
     def move_part(self, shift: Array) -> JointPath:
         """The line after a move (3,), mm."""
@@ -125,9 +129,12 @@ def _make_question(problem: MoveProblem, reserve: float) -> Callable[[float], bo
     bounds = [check.warn if problem.also_warnings else check.limit for check in checks]
 
     def keeps_limits(distance: float) -> bool:
+        if problem.refused.get(distance, np.inf) <= reserve:
+            return False
         there = problem.move_part(distance * problem.basis[0])
         solved = solve_samples(there)
         if solved is None:
+            problem.refused[distance] = -np.inf
             return False
         first = 0
         for values in iterate_measures(there, element, solved):  # until one is broken: travel is measured before bodies
@@ -136,6 +143,7 @@ def _make_question(problem: MoveProblem, reserve: float) -> Callable[[float], bo
                 if 0 <= column < values.shape[1]:
                     inside = np.nanmin(check.sign * (values[:, column] - bound), initial=np.inf)
                     if not inside >= reserve:
+                        problem.refused[distance] = reserve
                         return False
             first += values.shape[1]
         return True
@@ -148,14 +156,11 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
 
     ``reserve`` is how far inside its limit each quantity is brought, in its unit.
     """
-    element, w = list_samples(problem.line)
-    at, best, there = start, None, problem.move_part(start)
-    solved = there.solve(element, w)
+    at, best, there, solved = start, None, problem.move_part(start), None
     visited = {tuple(start.tolist())}
     for _ in range(NEWTON_STEPS):
         check_wanted()
-        values = measure_solved(there, element, solved)
-        inside, slope = _linearise(problem, at, values, element, w)
+        inside, slope = _linearise(problem, at, there, solved)
         inside = inside - reserve
         if (inside > -KEPT_RESERVE * reserve).all() and (best is None or np.linalg.norm(at) < np.linalg.norm(best)):
             best = at
@@ -181,9 +186,17 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
     return best
 
 
-def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w: Array) -> tuple[Array, Array]:
-    """By check: how far it is inside its bound at its worst sample (c,), and its derivative by the basis (c, k)."""
+def _linearise(problem: MoveProblem, at: Array, there: JointPath, solved: Solved | None) -> tuple[Array, Array]:
+    """By check: how far it is inside its bound at its worst sample (c,), and its derivative by the basis (c, k).
+
+    ``there`` is the line after the move ``at`` (3,), with its samples where they are solved. Several reserves lead to
+    the same moves.
+    """
+    if tuple(at.tolist()) in problem.slopes:
+        return problem.slopes[tuple(at.tolist())]
     line, checks = problem.line, problem.checks
+    element, w = list_samples(line)
+    values = measure_solved(there, element, there.solve(element, w) if solved is None else solved)
     row = np.array([int(np.argmin(check.sign * values[:, check.quantity])) for check in checks])
     inside = np.array(
         [
@@ -207,7 +220,9 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
         slope[k] *= check.sign
     # a bound that the module does not have (minus infinity), or that has no value here, sets no condition
     usable = np.isfinite(inside) & np.isfinite(slope).all(axis=1)
-    return np.where(usable, inside, np.inf), np.where(usable[:, None], slope, 0.0)
+    found = np.where(usable, inside, np.inf), np.where(usable[:, None], slope, 0.0)
+    problem.slopes[tuple(at.tolist())] = found
+    return found
 
 
 def _find_least_norm(rows: Array, wanted: Array, longest: float) -> Array | None:
