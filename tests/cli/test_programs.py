@@ -602,6 +602,29 @@ OF_FANUC = (
 )
 OF_SIEMENS = "G710 G90 G54\nT1 D1\nM6\nS9 M3\nG0 X0 Y0 Z150 A0 C0\nSLOT(3)\nG0 Z160\nM30\n"
 OF_RS274 = "G21 G90\nT1 M6\nG43 H1\nS9 M3\nG0 X0 Y0 Z150 A0 C0\no100 call\nG0 Z160\nM2\n"
+KLARTEXT_CALL = (
+    "0 BEGIN PGM A MM\n1 TOOL CALL {} Z S9000 F1200\n2 L X+0 Y+0 Z+40 R0 FMAX\n3 CALL PGM SUB\n4 L X+10 F500\n"
+    "5 L Z+50 FMAX\n6 END PGM A MM\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "main", "file", "text"),
+    [
+        ("a.nc", "T1 M6\nM98 P2000\nG43 H1\nG0 X0. Y0. Z40.\nG1 X10. F500\nM30\n", "O2000.nc", "S8000 M3\nM99\n"),
+        ("a.ngc", "T1 M6 S9 M3\no9 call\nG43 H1\nG0 X0 Y0 Z40\nG1 X10 F500\nM2\n", "9.ngc", "o9 sub\nM8\no9 endsub\n"),
+        ("a.h", KLARTEXT_CALL.format(1), "sub.h", "0 BEGIN PGM SUB MM\n1 M3\n2 END PGM SUB MM\n"),
+        ("a.mpf", "T1 D1\nM6\nSUB1\nG0 X0 Y0 Z40\nG1 X10 F500\nM30\n", "SUB1.SPF", "M3 S8000\nRET\n"),
+    ],
+)  # fmt: skip
+def test_a_called_file_need_not_move(
+    run: Callable[..., Any], tmp_path: Path, name: str, main: str, file: str, text: str
+) -> None:
+    (tmp_path / name).write_text(main)
+    (tmp_path / file).write_text(text)
+    answer = run("check", tmp_path / name, "--tool-length", 80, "--wcs", "G54=0,0,60")
+    assert answer.code == 0, answer.out
+    assert "0 errors, 0 warnings" in answer.out
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,8 @@ class LineCounter(Struct):
 
     place: OtherFile | None = None  #: What is executed of another file.
     other_files: dict[str, int] = field(default_factory=dict)  #: The files that were called: the line of each first.
-    calls: dict[tuple[str, int], int] = field(default_factory=dict)
+    calls: list[tuple[str, int]] = field(default_factory=list)  #: As in :class:`CalledLines`.
+    _numbers: dict[tuple[str, int], int] = field(default_factory=dict)  #: Of each call.
     stretches: list[tuple[int, int]] = field(default_factory=list)  #: As in :class:`CalledLines`.
 
     def enter(self, file: str, line: int, shown_line: int | None) -> None:
@@ -45,7 +46,11 @@ class LineCounter(Struct):
         place = self.place
         if place is None or not place.name:
             return line
-        return self.calls.setdefault((place.name, place.shown_line), len(self.calls) + 1) * LINES_OF_A_CALL + line
+        call = place.name, place.shown_line
+        number = self._numbers.setdefault(call, len(self.calls) + 1)
+        if number > len(self.calls):
+            self.calls.append(call)
+        return number * LINES_OF_A_CALL + line
 
     def take_move(self, move: int, line: int) -> int:
         """A move is one of a line, which may be counted in its own file; returns the line that it has."""
@@ -73,8 +78,8 @@ class LineCounter(Struct):
             self.stretches.append((move, number))
 
     def name_calls(self) -> CalledLines:
-        """The calls so far, without their moves."""
-        return CalledLines(tuple(self.calls))
+        """The calls up to any time that this is asked, without their moves."""
+        return CalledLines(self.calls)
 
     def freeze(self) -> CalledLines:
         """All of them."""

@@ -7,7 +7,7 @@ X Y Z A B C U V W. Every row knows its source line.
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace as replace_fields
 from enum import IntEnum
 from typing import Any, Final
@@ -258,7 +258,7 @@ class CalledLines(Struct, frozen=True):
     A call of a file is the file and the line of the program that calls it; calls are counted from 1.
     """
 
-    calls: tuple[tuple[str, int], ...] = ()
+    calls: Sequence[tuple[str, int]] = ()
     #: Of stretches of moves, ascending: the number of the first, and its line; 0 for the lines that moves have.
     before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     line: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -266,7 +266,7 @@ class CalledLines(Struct, frozen=True):
     def number_moves(self, line: NDArray[np.int32]) -> Ints:
         """The lines (n,) of all moves, which are (n,) in the program. Lines of a stretch count up with the moves."""
         numbers = line.astype(np.int64)
-        for first, last, begin in zip(self.before, [*self.before[1:], len(line)], self.line, strict=True):
+        for first, last, begin in zip(self.before, [*self.before, len(line)][1:], self.line, strict=True):
             if begin:
                 rows = range(max(first, 0), max(last, 0))  # of a restart, some may be before the first one
                 numbers[rows.start : rows.stop] = begin - first + np.array(rows, np.int64)
