@@ -117,11 +117,11 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             wrong = text[begin : late.end()] if late is not None else ""
             edits = write_words(wrong, f"{path} {wrong.removesuffix(path).rstrip()}", line=line)
             return ProgramError("VP001", what, begin + 1, edits=edits)
-        right = f"{_find_path(text[begin:])} {place}"
+        right = f"{_choose_path(text[begin:])} {place}"
         what = f"{place}: coordinates without a path function before them; write {right}"
         return ProgramError("VP001", what, begin + 1, edits=write_words(place, right, line=line))
     if equal := _WITH_EQUALS.match(text, begin):
-        rights = [f"{_find_path(text[begin:])} {equal[1]}{sign}{equal[3]}" for sign in equal[2] or "+-"]
+        rights = [f"{_choose_path(text[begin:])} {equal[1]}{sign}{equal[3]}" for sign in equal[2] or "+-"]
         either = " or ".join(rights)
         what = f"{equal[0]}: a coordinate has no =, and no path function stands before it; write {either}"
         edits = write_words(equal[0], *rights, line=line, is_choice=len(rights) > 1)
@@ -208,7 +208,7 @@ def _name_path(kind: str, text: str) -> str:
     return next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
 
 
-def _find_path(text: str) -> str:
+def _choose_path(text: str) -> str:
     """The path function of words without one: an arc where they have DR+ or DR-, else a line."""
     kind = "C" if _DIRECTION.search(text) else "L"
     return _name_path(kind, text) or kind
