@@ -651,6 +651,8 @@ FANUC_CALL = "%\nO1\nT1 M6\nG21 G17 G90 G94 G40 G80 G54 {}\nG43 H1 G0 X0. Y0. Z4
         ("a.nc", FANUC_CALL.format("S9 M3", "M98 P2001\n", "").replace("Z40.", "Z4."), "O2001.nc",
          "O2001\nG1 X1. F300.\nM5\nG1 Z3.\nX5.\nM3\nM99\n",
          (6, 7, "VP050", "O2001.nc, line 4: the spindle does not turn in 3 moves"), ()),
+        ("a.nc", FANUC_CALL.format("S9 M3", "G41 D2\n", ""), "O2001.nc", "O2001\nG41 D2 G1 X9. F500.\nX5.\nM99\n",
+         (7, 7, "VP017", "G41 under cutter compensation: G41 of O2001.nc, line 2 is still"), ("G40", 7)),
         # the file calls a subprogram of the program
         ("a.nc", FANUC_CALL.format("S9 M3", "", "O3000\nG41 D2 G1 X5. F500.\nX10.\nG40 X20.\nM99\n"), "O2001.nc",
          "O2001\nM98 P3000\nG1 X1.\nM99\n", (10, 10, "VP049", "the diameter number 2, 10 mm"), ("1", 10)),
