@@ -602,6 +602,74 @@ OF_FANUC = (
 )
 OF_SIEMENS = "G710 G90 G54\nT1 D1\nM6\nS9 M3\nG0 X0 Y0 Z150 A0 C0\nSLOT(3)\nG0 Z160\nM30\n"
 OF_RS274 = "G21 G90\nT1 M6\nG43 H1\nS9 M3\nG0 X0 Y0 Z150 A0 C0\no100 call\nG0 Z160\nM2\n"
+KLARTEXT_CALL = (
+    "0 BEGIN PGM A MM\n1 TOOL CALL {} Z S9000 F1200\n2 L X+0 Y+0 Z+40 R0 FMAX\n3 CALL PGM SUB\n4 L X+10 F500\n"
+    "5 L Z+50 FMAX\n6 END PGM A MM\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "main", "file", "text"),
+    [
+        ("a.nc", "T1 M6\nM98 P2000\nG43 H1\nG0 X0. Y0. Z40.\nG1 X10. F500\nM30\n", "O2000.nc", "S8000 M3\nM99\n"),
+        ("a.ngc", "T1 M6 S9 M3\no9 call\nG43 H1\nG0 X0 Y0 Z40\nG1 X10 F500\nM2\n", "9.ngc", "o9 sub\nM8\no9 endsub\n"),
+        ("a.h", KLARTEXT_CALL.format(1), "sub.h", "0 BEGIN PGM SUB MM\n1 M3\n2 END PGM SUB MM\n"),
+        ("a.mpf", "T1 D1\nM6\nSUB1\nG0 X0 Y0 Z40\nG1 X10 F500\nM30\n", "SUB1.SPF", "M3 S8000\nRET\n"),
+    ],
+)  # fmt: skip
+def test_a_called_file_need_not_move(
+    run: Callable[..., Any], tmp_path: Path, name: str, main: str, file: str, text: str
+) -> None:
+    (tmp_path / name).write_text(main)
+    (tmp_path / file).write_text(text)
+    answer = run("check", tmp_path / name, "--tool-length", 80, "--wcs", "G54=0,0,60")
+    assert answer.code == 0, answer.out
+    assert "0 errors, 0 warnings" in answer.out
+
+
+FANUC_CALL = "%\nO1\nT1 M6\nG21 G17 G90 G94 G40 G80 G54 {}\nG43 H1 G0 X0. Y0. Z40.\nM98 P2001\n{}G0 Z60.\nM30\n{}%\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "main", "file", "text", "said", "edit"),
+    [
+        # a line that is kept has the number of one in the file, or of the one that calls it
+        ("a.h", KLARTEXT_CALL.format("1").replace("F1200", "F1200 DR+5"), "sub.h",
+         "0 BEGIN PGM SUB MM\n1 L X+10 Y+5 RL F500 M3\n2 L X+30\n3 L Y+20 R0\n4 END PGM SUB MM\n",
+         (2, 2, "VP505", "DR+5 of tool 1"), ()),
+        ("a.ngc", "G21 G90\nT1 M6 S9 M3\nG43 H1\nT2\nG0 X0 Y0 Z40\no20 call\nG1 X10 F500\nM2\n", "20.ngc",
+         "o20 sub\nG0 X1\nX2\nG43 H2\nG1 X3 Z20 F500\no20 endsub\n",
+         (4, 4, "VP041", "T2 only selects the tool, and no M6 loads it: H2 in 20.ngc, line 4"), ("M6", 4)),
+        ("a.nc", FANUC_CALL.format("S9 M3", "T2 M98 P2001\n", ""), "O2001.nc", "O2001\nG1 X3. F500.\nG43 H2\nM99\n",
+         (7, 7, "VP041", "T2 only selects the tool, and no M6 loads it: H2 in O2001.nc, line 3"), ("M6", 7)),
+        # a system of the file, of which a later cut of the program is the first
+        ("a.nc", FANUC_CALL.format("S9 M3", "G1 X10. F500.\n", ""), "O2001.nc", "O2001\nG0 X3. Y1.\nG55\nM99\n",
+         (6, 6, "VP033", "O2001.nc, line 3: G55 has no place on the table"), ()),
+        # what is to be written stands in the program
+        ("a.nc", FANUC_CALL.format("", "", ""), "O2001.nc", "O2001\nG1 Z4. F500.\nX5.\nM99\n",
+         (6, 6, "VP050", "O2001.nc, line 2: the spindle does not turn in 2 moves"), ("M3", 3)),
+        ("a.nc", FANUC_CALL.format("S9 M3", "M98 P2001\n", "").replace("Z40.", "Z4."), "O2001.nc",
+         "O2001\nG1 X1. F300.\nM5\nG1 Z3.\nX5.\nM3\nM99\n",
+         (6, 7, "VP050", "O2001.nc, line 4: the spindle does not turn in 3 moves"), ()),
+        ("a.nc", FANUC_CALL.format("S9 M3", "G41 D2\n", ""), "O2001.nc", "O2001\nG41 D2 G1 X9. F500.\nX5.\nM99\n",
+         (7, 7, "VP017", "G41 under cutter compensation: G41 of O2001.nc, line 2 is still"), ("G40", 7)),
+        # the file calls a subprogram of the program
+        ("a.nc", FANUC_CALL.format("S9 M3", "", "O3000\nG41 D2 G1 X5. F500.\nX10.\nG40 X20.\nM99\n"), "O2001.nc",
+         "O2001\nM98 P3000\nG1 X1.\nM99\n", (10, 10, "VP049", "the diameter number 2, 10 mm"), ("1", 10)),
+    ],
+)  # fmt: skip
+def test_a_finding_beside_a_called_file_has_the_line_of_its_own_text(
+    tmp_path: Path, name: str, main: str, file: str, text: str, said: tuple[int, int, str, str], edit: tuple[str, int]
+) -> None:
+    (tmp_path / name).write_text(main)
+    (tmp_path / file).write_text(text)
+    (tmp_path / f"{name}.toml").write_text(
+        "[tools]\n1 = { length = 80, diameter = 8 }\n2 = { length = 95, diameter = 10 }\n[wcs]\nG54 = [0, 0, 60]\n"
+    )
+    found = verne_post.check(tmp_path / name, machine="verne").findings
+    [one] = [item for item in found if item.code == said[2] and item.line]
+    assert (one.line, one.last_line, one.code, one.message[: len(said[3])]) == said
+    assert [(each.value, each.line) for each in one.edits] == [edit] * bool(edit)
 
 
 @pytest.mark.parametrize(

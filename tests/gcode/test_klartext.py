@@ -884,6 +884,8 @@ def test_a_cycle_parameter_without_a_value(machine, text, said):
     ("line", "said"),
     [
         ("X=5 R0", "X=5: a coordinate has no =, and no path function stands before it; write L X+5 or L X-5"),
+        ("PR=5 PA+3", "PR=5: a coordinate has no =, and no path function stands before it; write LP PR+5 or LP PR-5"),
+        ("X=5 Y+3 DR+", "X=5: a coordinate has no =, and no path function stands before it; write C X+5 or C X-5"),
         ("X+5 Y+5 L R0", "X+5: L stands after the coordinates; write L before X+5, at the start of the block"),
         ("X+5 Y+5 Z+9 LN R0", "X+5: LN stands after the coordinates; write LN before X+5, at the start of the block"),
         ("X+5 Y+5 R0", "X+5: coordinates without a path function before them; write L X+5"),

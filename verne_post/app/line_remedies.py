@@ -113,8 +113,9 @@ class Line(Struct, frozen=True, eq=False):
 
 
 def is_of_cycle(line: Line) -> bool:
-    """Whether a line drills or mills by a cycle: it has rapids and cuts."""
-    kinds = set(line.moves.kind[line.moves.line == line.number].tolist()) - {int(MoveKind.DWELL)}
+    """Whether a line drills or mills by a cycle: it has rapids and cuts, which are no lines of a called file."""
+    own_lines = line.moves.called_lines.number_moves(line.moves.line)
+    kinds = set(line.moves.kind[own_lines == line.number].tolist()) - {int(MoveKind.DWELL)}
     return int(MoveKind.RAPID) in kinds and len(kinds) > 1
 
 

@@ -19,7 +19,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
 from verne_post.model.findings import Finding, Remedy, add_line, make_finding
-from verne_post.model.moves import AXES
+from verne_post.model.moves import AXES, OwnLine
 
 #: So many things that errors of one cause are about are named.
 _MOST_NAMES: Final = 8
@@ -103,7 +103,7 @@ class Execution(Struct):
         if error.of_program:
             shown_line, file = None, None
         line = error.line or line
-        if called_lines.show(line) != line:
+        if isinstance(line, OwnLine):
             line, file, shown_line = called_lines.find_file(line)
         shown_number = shown_line or line
         if file is None:
@@ -130,7 +130,9 @@ class Execution(Struct):
         self._has_unread_line |= is_unread or error.leaves_unknown
         column = error.column if file is None else None
         there = (one if one.line or one.key else replace(one, line=shown_number) for one in error.edits)
-        edits = called_lines.keep_edits(tuple(one for one in there if file is None or one.key))
+        edits = called_lines.keep_edits(
+            tuple(one for one in there if file is None or one.key or isinstance(one.line, OwnLine))
+        )
         reason = error.about, error.settled_by, error.cause, edits, error.advice
         self.report_at_line(error.code, message, shown_number, column, *reason, place=place)
         if error.cause_line and file is None:

@@ -1,12 +1,14 @@
 """The line that is executed, in its own file: a program and the files that it calls, in every language."""
 
+from dataclasses import replace as replace_fields
 from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from verne_post.model.moves import LINES_OF_A_CALL, CalledLines
+from verne_post.model.findings import Remedy
+from verne_post.model.moves import LINES_OF_A_CALL, CalledLines, OwnLine
 
 
 class OtherFile(NamedTuple):
@@ -25,7 +27,8 @@ class LineCounter(Struct):
 
     place: OtherFile | None = None  #: What is executed of another file.
     other_files: dict[str, int] = field(default_factory=dict)  #: The files that were called: the line of each first.
-    calls: dict[tuple[str, int], int] = field(default_factory=dict)
+    calls: list[tuple[str, int]] = field(default_factory=list)  #: As in :class:`CalledLines`.
+    _numbers: dict[tuple[str, int], int] = field(default_factory=dict)  #: Of each call.
     stretches: list[tuple[int, int]] = field(default_factory=list)  #: As in :class:`CalledLines`.
 
     def enter(self, file: str, line: int, shown_line: int | None) -> None:
@@ -35,24 +38,36 @@ class LineCounter(Struct):
             self.other_files.setdefault(file, shown_line)
 
     def find_own(self, line: int) -> int:
-        """The line in its own file, as :class:`CalledLines` counts it, of the one that is executed; else ``line``."""
+        """The line in its own file of the one that is executed; one that is kept, and any other, as it is."""
         place = self.place
-        is_there = place is not None and line in (place.line, place.shown_line)
-        return self.number(place.line) if place is not None and is_there else line
+        if isinstance(line, OwnLine) or (place is not None and line not in (place.line, place.shown_line)):
+            return line
+        return self.number(line if place is None else place.line)
 
-    def number(self, line: int) -> int:
-        """A line of the text that is executed, as :class:`CalledLines` counts it."""
+    def number(self, line: int) -> OwnLine:
+        """A line of the text that is executed."""
         place = self.place
         if place is None or not place.name:
-            return line
-        return self.calls.setdefault((place.name, place.shown_line), len(self.calls) + 1) * LINES_OF_A_CALL + line
+            return OwnLine(line)
+        call = place.name, place.shown_line
+        number = self._numbers.setdefault(call, len(self.calls) + 1)
+        if number > len(self.calls):
+            self.calls.append(call)
+        return OwnLine(number * LINES_OF_A_CALL + line)
+
+    def find_edits(self, edits: tuple[Remedy, ...]) -> tuple[Remedy, ...]:
+        """What is to be written, at lines in their own files; without what has an unknown line of another file."""
+        if self.place is None:
+            return edits
+        found = (one if one.key else replace_fields(one, line=self.find_own(one.line)) for one in edits)
+        return tuple(one for one in found if one.key or isinstance(one.line, OwnLine))
 
     def take_move(self, move: int, line: int) -> int:
         """A move is one of a line, which may be counted in its own file; returns the line that it has."""
         if self.place is None and not self.calls:
             return line
-        own_line = self.find_own(line)
-        shown_line = self.name_calls().show(own_line) if self.place is None or self.place.name else line
+        own_line, is_kept = self.find_own(line), isinstance(line, OwnLine)
+        shown_line = self.name_calls().show(own_line) if is_kept or self.place is None else self.place.shown_line
         self._note(move, 0 if own_line == shown_line else own_line)
         return shown_line
 
@@ -73,8 +88,8 @@ class LineCounter(Struct):
             self.stretches.append((move, number))
 
     def name_calls(self) -> CalledLines:
-        """The calls so far, without their moves."""
-        return CalledLines(tuple(self.calls))
+        """The calls up to any time that this is asked, without their moves."""
+        return CalledLines(self.calls)
 
     def freeze(self) -> CalledLines:
         """All of them."""

@@ -503,12 +503,12 @@ class Recorder(Struct):
     ) -> None:
         """Record a warning; ``severity`` and ``advice`` where those of the code are others."""
         key = self.lines.find_own(line), code
-        before, line = self.warnings.get(key), key[0]
+        before, line = self.warnings.get(key), int(key[0])
         if before is not None:
             self.warnings[key] = dataclasses.replace(before, count=before.count + 1)
             return
         where = {"line": line, "last_line": line, "worst_line": line, "column": column}
-        severity = severity or CODES[code].severity
+        severity, edits = severity or CODES[code].severity, self.lines.find_edits(edits)
         item = make_finding(code, message, severity=severity, edits=edits, advice=advice, **where)
         self.warnings[key] = self.lines.name_calls().place(item)
 

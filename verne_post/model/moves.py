@@ -7,7 +7,7 @@ X Y Z A B C U V W. Every row knows its source line.
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace as replace_fields
 from enum import IntEnum
 from typing import Any, Final
@@ -252,13 +252,19 @@ class CallSpan(Struct, frozen=True):
 LINES_OF_A_CALL: Final = 10**9
 
 
+class OwnLine(int):
+    """A line as :class:`CalledLines` counts it: it is kept while another file with such a line may be executed."""
+
+    __slots__ = ()
+
+
 class CalledLines(Struct, frozen=True):
     """The lines of other files that a program calls, with numbers of their own, beside those of the lines that call.
 
     A call of a file is the file and the line of the program that calls it; calls are counted from 1.
     """
 
-    calls: tuple[tuple[str, int], ...] = ()
+    calls: Sequence[tuple[str, int]] = ()
     #: Of stretches of moves, ascending: the number of the first, and its line; 0 for the lines that moves have.
     before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     line: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -266,7 +272,7 @@ class CalledLines(Struct, frozen=True):
     def number_moves(self, line: NDArray[np.int32]) -> Ints:
         """The lines (n,) of all moves, which are (n,) in the program. Lines of a stretch count up with the moves."""
         numbers = line.astype(np.int64)
-        for first, last, begin in zip(self.before, [*self.before[1:], len(line)], self.line, strict=True):
+        for first, last, begin in zip(self.before, [*self.before, len(line)][1:], self.line, strict=True):
             if begin:
                 rows = range(max(first, 0), max(last, 0))  # of a restart, some may be before the first one
                 numbers[rows.start : rows.stop] = begin - first + np.array(rows, np.int64)
@@ -298,17 +304,16 @@ class CalledLines(Struct, frozen=True):
     def place(self, item: Finding) -> Finding:
         """A finding of such a line, as one of the line that calls: its message begins with the file and the line.
 
-        What would be written at such a line is left out.
+        What would be written at lines of other files is left out.
         """
         message, edits = self.name_lines(item.message), self.keep_edits(item.edits)
+        last = None if item.last_line is None else self.show(item.last_line)
         if item.line is None or item.line < LINES_OF_A_CALL:
-            last = None if item.last_line is None else self.show(item.last_line)
             return replace_fields(item, message=message, edits=edits, last_line=last)
         name, line = f"{self.name_line(item.line)}: ", self.show(item.line)
         message = message if message.startswith(name) else f"{name}{message}"
-        edits = tuple(one for one in edits if one.key)
         same = replace_fields(item, message=message, edits=edits, column=None, lines=())
-        return replace_fields(same, line=line, last_line=line, worst_line=line)
+        return replace_fields(same, line=line, last_line=max(line, last or line), worst_line=line)
 
     def find_line(self, item: Finding) -> Finding:
         """A finding of the text, with the line of the other file that its message names."""
@@ -495,10 +500,11 @@ class Moves(Struct, frozen=True):
         Rapids before the word count as its own: of a program that retracts first, and then names G54.
         """
         line, named_line = int(self.line[move]), self.system_lines.get(system)
-        if named_line is None or named_line <= line:
+        show = self.called_lines.show
+        if named_line is None or (show(named_line), named_line) <= (show(line), line):
             return line if named_line is None else named_line
         later = np.flatnonzero(self.kind[move:] != MoveKind.RAPID)[:1] + move
-        return line if len(later) and self.line[later[0]] < named_line else named_line
+        return line if len(later) and show(int(self.line[later[0]])) < show(named_line) else named_line
 
     def count_own_lines(self) -> "Moves":
         """The same with lines of called files in place of the lines that call them, as ``called_lines`` counts."""

@@ -30,15 +30,13 @@ _COORDINATE: Final = re.compile(
     r"I?(?:[XYZABCUVW]|P[AR])[ \t]*[-+]?(?:\d++[.,]?\d*+|[.,]\d++|Q[LR]?\d++(?![ \t]*=))(?!\w)"
 )
 #: What a coordinate begins with, one with a slip in its number too.
-#: N4- before a statement; coordinates before their path function; X=5 without one.
+#: N4- before a statement.
 _N_AND_SIGN: Final = re.compile(r"[ \t]*(N(\d++)[-+])(?=[ \t])[ \t]*+")
-_LATE_PATH: Final = re.compile(r"((?:I?[XYZABC][-+]?\d++\.?\d*+[ \t]++){2,}+)(L|C|CR|CT|LN)(?![^ \t])")
-_EQUALS: Final = re.compile(r"(I?[XYZABC])[ \t]*+=[ \t]*+([-+]?)(\d++\.?\d*+)(?![\w.])")
 _AXIS: Final = re.compile(r"I?(?:[XYZABCUVW]|P[AR])[-+.,\dQ=]")
 #: Statements that coordinates follow.
 _PATH: Final = re.compile(r"L[NP]?|C[CPRT]?|CTP")
 #: A coordinate with = before its number.
-_WITH_EQUALS: Final = re.compile(r"(I?(?:[XYZABCUVW]|P[AR]))[ \t]*=[ \t]*(\d++[.,]?\d*+|[.,]\d++)(?!\w)")
+_WITH_EQUALS: Final = re.compile(r"(I?(?:[XYZABCUVW]|P[AR]))[ \t]*+=[ \t]*+([-+]?)(\d++[.,]?\d*+|[.,]\d++)(?!\w)")
 _DIRECTION: Final = re.compile(r"(?<!\w)DR[ \t]*[-+]")
 LETTERS_AS_DIGITS: Final = str.maketrans("OIL", "011")
 #: The number of a block in which letters stand for digits.
@@ -105,15 +103,6 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
     if (block_number := _N_AND_SIGN.match(text)) is not None and KEYWORD.match(text, block_number.end()):
         what = f"{block_number[1]}: a block number has digits alone; did you mean {block_number[2]}?"
         return ProgramError("VP001", what, block_number.start(1) + 1)
-    if late := _LATE_PATH.match(text, begin):
-        right = f"{late[2]} {late[1].rstrip()}"
-        what = f"{late[0]}: the path function stands before its coordinates; write {right}"
-        return ProgramError("VP001", what, begin + 1, edits=write_words(late[0], right, line=line))
-    if equals := _EQUALS.match(text, begin):
-        rights = [f"L {equals[1]}{sign}{equals[3]}" for sign in equals[2] or "+-"]
-        what = f"{equals[0]}: coordinates without a path function, and an = between; write {' or '.join(rights)}"
-        edits = write_words(equals[0], *rights, line=line, is_choice=len(rights) > 1)
-        return ProgramError("VP001", what, begin + 1, edits=edits)
     if coordinate := _COORDINATE.match(text, begin):
         place = coordinate[0]
         if re.match(r"[A-Z]\d+[ \t]*=", text[begin:]):
@@ -124,15 +113,19 @@ def refuse_unread(text: str, number: re.Match[str], line: int) -> ProgramError:
             what = (
                 f"{place}: {path} stands after the coordinates; write {path} before {place}, at the start of the block"
             )
-            return ProgramError("VP001", what, begin + 1)
-        kind = "C" if _DIRECTION.search(text, begin) else "L"
-        right = f"{_name_path(kind, text[begin:]) or kind} {place}"
+            late = re.compile(rf"[ \t]{path}(?![^ \t])").search(text, begin)
+            wrong = text[begin : late.end()] if late is not None else ""
+            edits = write_words(wrong, f"{path} {wrong.removesuffix(path).rstrip()}", line=line)
+            return ProgramError("VP001", what, begin + 1, edits=edits)
+        right = f"{_choose_path(text[begin:])} {place}"
         what = f"{place}: coordinates without a path function before them; write {right}"
         return ProgramError("VP001", what, begin + 1, edits=write_words(place, right, line=line))
     if equal := _WITH_EQUALS.match(text, begin):
-        either = " or ".join(f"L {equal[1]}{sign}{equal[2]}" for sign in "+-")
+        rights = [f"{_choose_path(text[begin:])} {equal[1]}{sign}{equal[3]}" for sign in equal[2] or "+-"]
+        either = " or ".join(rights)
         what = f"{equal[0]}: a coordinate has no =, and no path function stands before it; write {either}"
-        return ProgramError("VP001", what, begin + 1)
+        edits = write_words(equal[0], *rights, line=line, is_choice=len(rights) > 1)
+        return ProgramError("VP001", what, begin + 1, edits=edits)
     if joined_label := _JOINED_LABEL.match(text, begin):
         return refuse_joined(joined_label.group(), begin + 1, line)
     wrong_number = _BLOCK_NUMBER.match(text)
@@ -213,6 +206,12 @@ def _find_path(text: str) -> str:
 def _name_path(kind: str, text: str) -> str:
     """The path function, a line (L) or an arc (C), that the words of a block tell apart from others; empty if none."""
     return next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
+
+
+def _choose_path(text: str) -> str:
+    """The path function of words without one: an arc where they have DR+ or DR-, else a line."""
+    kind = "C" if _DIRECTION.search(text) else "L"
+    return _name_path(kind, text) or kind
 
 
 def refuse_joined(text: str, column: int, line: int) -> ProgramError:

@@ -68,7 +68,7 @@ class Compensation(Struct):
     code: int  #: 410, 411, 420 or 421.
     plane: int
     radius: float  #: mm, positive to the left of the contour; 0: on it.
-    start_line: int  #: Source line that has put it in force.
+    start_line: int  #: The line that has put it in force, counted in its own file.
     word: str = ""  #: What that line says, as RL; empty where the code says it.
     end_word: str = "G40"  #: What would end it.
     offset: int = 0  #: D that gives the radius; 0 without one.

@@ -743,6 +743,7 @@ class Machining:
         """The next moves go beside the contour."""
         state = self.state
         state.compensation = compensation.take_tool(state.loaded_tool, state.tool_names)
+        compensation.start_line = self.recorder.lines.find_own(compensation.start_line)
         tool = (state.tools or {}).get(compensation.offset or state.loaded_tool or 0)
         compensation.is_assumed = bool(compensation.radius) and tool is not None and stands_in(tool)
 
