@@ -661,6 +661,7 @@ def test_the_diameter_of_another_tool(before, number, severity) -> None:
     assert result.ok == (severity != ["error"])
     for item in told:
         assert "number 4, 10 mm, is in force, but tool 5, which has 12 mm, is in the spindle" in item.message
+        assert ("if tool 4 is to cut, call T4 M6 before, else write D5" in item.message) == bool(item.edits)
         assert [(edit.value, edit.word) for edit in item.edits] == [("5", ("D", 4))]
         assert item.column == MILL.format(before, 5, number).split("\n")[item.line - 1].index("D4") + 1
 
