@@ -525,6 +525,9 @@ def test_a_tolerance_of_the_program_that_cannot_be_meant(dialect, program, said)
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
     found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP505"]
     assert [said in item.message for item in found] == ([True] if said else [])
+    for item in found:
+        line = program.split("\n")[item.line - 1]
+        assert line[item.column - 1 :].startswith(("G64 P10", "ADIS=", "CTOL=", "OTOL=", "T10"))
 
 
 def test_a_name_that_begins_like_another_is_a_system_of_its_own():
