@@ -106,8 +106,8 @@ def test_an_arc_to_two_axes_of_another_plane_is_told(machine, dialect, text, lin
 
 
 AXES = {
-    "siemens": "X{0} A3=0 B3={1} C3=.866",
-    "aptcl": "GOTO/{0},0,50,0,{1},.8660254",
+    "siemens": "X{0} Y{2} A3=0 B3={1} C3=.866",
+    "aptcl": "GOTO/{0},{2},50,0,{1},.8660254",
 }
 
 
@@ -115,6 +115,7 @@ AXES = {
     ("dialect", "signs", "doubtful"),
     [
         ("siemens", "++++-++++", [5]),
+        ("siemens", "++++_++++", []),  # the other flank, and back
         ("aptcl", "++++-++++", [5]),
         ("siemens", "++++++++", []),
         ("siemens", "++++----", []),  # the other wall
@@ -125,7 +126,8 @@ AXES = {
 )
 def test_a_tool_axis_with_a_wrong_sign(dialect: str, signs: str, doubtful: list[int]) -> None:
     """B3=-0.5 in one line was followed to the other side of the part and back."""
-    lines = [AXES[dialect].format(at, f"{sign}.5") for at, sign in enumerate(signs)]
+    values = {"+": (".5", 0), "-": ("-.5", 0), "_": ("-.5", -20)}
+    lines = [AXES[dialect].format(at, *values[sign]) for at, sign in enumerate(signs)]
     first = "G1 F400" if dialect == "siemens" else "FEDRAT/400,MMPM"
     head = {
         "siemens": "G17 G54 G90 G94 G710\nT1 D1\nM6\nTRAORI\nG0 X-1 Y0 Z50 A3=0 B3=.5 C3=.866\nS900 M3",

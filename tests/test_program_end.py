@@ -67,6 +67,15 @@ def test_what_stands_after_the_end_on_purpose_is_not_reported(dialect, text):
     assert find("VP051", text, dialect) == []
 
 
+def test_the_end_in_a_called_file_names_the_file() -> None:
+    text = FANUC.format("M98 P2000\n", "M30\n")
+    options = vp.Options(
+        tool_length=80.0, wcs=OPTIONS.wcs, dialect="fanuc", subroutines={"o2000": b"O2000\nG1 X5 F600\nM30\n"}
+    )
+    (found,) = (item for item in vp.check(text, "verne", options).findings if item.code == "VP051")
+    assert found.line == 7 and "line 3: M30 ends the program" in found.message and "M99" in found.message
+
+
 def test_a_long_program_is_searched_from_its_end():
     """Its last lines are looked at alone; those after an end further up, from there."""
     lines = "".join(f"G1 X{1 + number % 2}\n" for number in range(20_000))

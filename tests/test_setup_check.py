@@ -525,6 +525,9 @@ def test_a_tolerance_of_the_program_that_cannot_be_meant(dialect, program, said)
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
     found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP505"]
     assert [said in item.message for item in found] == ([True] if said else [])
+    for item in found:
+        line = program.split("\n")[item.line - 1]
+        assert line[item.column - 1 :].startswith(("G64 P10", "ADIS=", "CTOL=", "OTOL=", "T10"))
 
 
 def test_a_name_that_begins_like_another_is_a_system_of_its_own():
@@ -661,6 +664,7 @@ def test_the_diameter_of_another_tool(before, number, severity) -> None:
     assert result.ok == (severity != ["error"])
     for item in told:
         assert "number 4, 10 mm, is in force, but tool 5, which has 12 mm, is in the spindle" in item.message
+        assert ("if tool 4 is to cut, call T4 M6 before, else write D5" in item.message) == bool(item.edits)
         assert [(edit.value, edit.word) for edit in item.edits] == [("5", ("D", 4))]
         assert item.column == MILL.format(before, 5, number).split("\n")[item.line - 1].index("D4") + 1
 

@@ -563,6 +563,20 @@ def test_a_tool_that_is_not_in_the_spindle_is_one_finding_with_its_cause(machine
 
 
 @pytest.mark.parametrize(
+    ("dialect", "program", "place"),
+    [
+        ("heidenhain", KLARTEXT.format("TOOL CALL 1 Y S9\n"), (2, 13)),
+        ("aptcl", "UNITS/MM\nMULTAX/OFF\nLOADTL/1\nRAPID\nGOTO/1,20,3,.5,0,.866\nFINI", (5, 13)),
+    ],
+)
+def test_an_error_about_the_tool_axis_stands_at_it(machine, dialect, program, place):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    found = [item for item in check(program.encode(), machine, options).findings if item.code == "VP017"]
+    assert [(item.line, item.column) for item in found] == [place]
+
+
+@pytest.mark.parametrize(
     ("dialect", "program", "says", "remedy"),
     [
         # [remap] takes no cycles
@@ -786,7 +800,8 @@ def test_f_in_a_block_that_an_earlier_g0_moves_is_told_once(machine, dialect, pr
     setup = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
     told = [item for item in check(f"{head}{program}\nM30\n", machine, setup).findings if item.code == "VP009"]
     assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, "warning")])
-    assert all(f"{since} is still active; write G1" in item.message for item in told)
+    said = f"{since} is still active; write G1 in the first block from {since[len('G0 of ') :]} on"
+    assert all(said in item.message for item in told)
 
 
 STARTS = {

@@ -20,6 +20,7 @@ from verne_post.app.row_format import find_drives
 from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import add_table, lay_out
+from verne_post.app.tolerance_check import check_tolerances
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.stopping import check_wanted
@@ -313,6 +314,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     checked = [
         *check_setup(moves, path, machine, options, from_move),
         *check_diameters(source, moves, options),
+        *check_tolerances(source, moves, path, from_move),
         *turns,
     ]
     read = drop_helices(moves, from_move)

@@ -17,19 +17,22 @@ _BESIDE: Final = 2
 _AGREES: Final = 0.9962
 #: Cosine between axes that a cut does not turn to and back: 30 degrees.
 _DIFFERS: Final = 0.866
+#: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
+_ASIDE: Final = 5.0
 _NAMES: Final = {"siemens": ("A3", "B3", "C3"), "heidenhain": ("TX", "TY", "TZ"), "aptcl": ("i", "j", "k")}
 
 
 def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
     """VP056: the sign of one component of a tool axis is in doubt; one finding a program.
 
-    With the other sign, the axis is that of two cuts before and two after it, and these agree.
+    With the other sign, the axis is that of two cuts before and two after it, and these agree. The tip stays where it
+    is along that component: it does not go to another flank.
     """
     found: Finding | None = None
     for begin, end in iterate_blocks(len(moves), from_move):
         first = max(begin - 2 * _BESIDE, from_move)
         axis, kind = moves.tool_axis[first:end], moves.kind[first:end]
-        for at, component in _find_doubtful(axis, kind):
+        for at, component in _find_doubtful(axis, moves.end[first:end, :3], kind):
             line = int(moves.line[first + at])
             if found is not None:
                 found = add_line(found, line)
@@ -44,8 +47,8 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
         yield found
 
 
-def _find_doubtful(axis: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:
-    """Rows of axes (n, 3) that are in doubt, and the component whose sign is."""
+def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:
+    """Rows of axes (n, 3) that are in doubt, and the component whose sign is; ``tip`` (n, 3) where the moves end."""
     n, width = len(axis), 2 * _BESIDE + 1
     if n < width or not np.isfinite(axis).any():
         return
@@ -58,6 +61,8 @@ def _find_doubtful(axis: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, i
         for component in range(3):
             other = own[row].copy()
             other[component] *= -1.0
-            if all(one[row] @ other > _AGREES for one in beside):
-                yield middle.start + row, component
+            at = middle.start + row
+            aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
+            if aside <= _ASIDE and all(one[row] @ other > _AGREES for one in beside):
+                yield at, component
                 break

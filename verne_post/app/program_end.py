@@ -8,7 +8,7 @@ from typing import Final
 from verne_post.base.long_text import Text, iterate_lines
 from verne_post.gcode.languages import report_empty
 from verne_post.model.findings import Finding, Remedy, make_finding
-from verne_post.model.moves import Event, Moves
+from verne_post.model.moves import LINES_OF_A_CALL, Event, Moves
 
 #: So many lines after the end are looked at, and so many bytes at the end of a text.
 _LINES: Final = 10_000
@@ -34,8 +34,11 @@ def find_unexecuted_moves(source: Text, moves: Moves) -> Iterator[Finding]:
     if end is not None and lines:
         code = end.data["code"]
         text = f"{code} ends the program: {_describe_lines(lines)} axes after it, and nothing executes them; "
-        text += f"delete {code} if it goes on"
-        yield make_finding("VP051", text, line=end.line, last_line=end.line, worst_line=end.line, count=1)
+        in_file = end.own_line >= LINES_OF_A_CALL
+        text += f"delete {code}{' (a file that M98 calls ends with M99)' * (in_file and not moves.language)}"
+        line = end.own_line if in_file else end.line
+        item = make_finding("VP051", f"{text} if it goes on", line=line, last_line=line, worst_line=line, count=1)
+        yield moves.called_lines.place(item)
     elif end is not None and len(moves) and (copy := _find_copy(source, end.line)):
         first, line = copy
         text = f"the program begins again, as in line {first}, after its end in line {end.line}, and nothing executes "

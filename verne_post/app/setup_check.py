@@ -115,7 +115,6 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
-    found += _check_tolerances(moves, path, from_move)
     # twice in turn: the numbers of all cuts would need as much memory as a column
     found += _check_feeds(moves, _iterate_cuts(path, from_move))
     found += _check_slow_feed(moves, _iterate_cuts(path, from_move))
@@ -141,27 +140,6 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
         *check_heights(moves, from_move),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
-
-
-def _check_tolerances(moves: Moves, path: ToolPath, first: int) -> Iterator[Finding]:
-    """VP505: cuts with a programmed corner tolerance that is larger than any machine tool has."""
-    for number, control in enumerate(moves.controls):
-        for value, name in ((control.tolerance, "tip"), (control.axis_deg, "axis")):
-            plausible = PLAUSIBLE[f"{name} tolerance"]
-            if value is None or value <= plausible.high or control.mode != PathMode.BLEND:
-                continue
-            for begin, end in iterate_blocks(len(path)):
-                move = path.move[begin:end]
-                cut = move[(path.feed_time[begin:end] > 0) & (move >= first)]
-                cut = cut[moves.control[cut] == number]
-                if len(cut):
-                    line = int(moves.line[cut[0]])
-                    text = (
-                        f"corners may be off by {value:g} {plausible.unit} here, because the program says so: no "
-                        f"{plausible.whose} has a tolerance of the {name} above {plausible.high:g} {plausible.unit}"
-                    )
-                    yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
-                    break
 
 
 def _check_feeds(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:

@@ -113,7 +113,8 @@ def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
             )
         return
     if not to.multax and _differ(axis, to.axis, VECTOR_LENGTH):
-        raise ProgramError("VP017", f"{s.major} with a tool axis while MULTAX is off; write MULTAX/ON before")
+        column = s.columns[-len(axis)] if s.columns else None
+        raise ProgramError("VP017", f"{s.major} with a tool axis while MULTAX is off; write MULTAX/ON before", column)
     to.axis, to.axis_is_old = tuple(axis), False
 
 

@@ -75,7 +75,8 @@ class KlartextFunctions:
         if axis is not None:
             at = axis.end() - (0 if at else 1)
             if axis.group(1) != "Z":
-                raise statement.error("VP017", f"tool axis {axis.group(1)}: the spindle of this machine points along Z")
+                what = f"tool axis {axis.group(1)}: the spindle of this machine points along Z"
+                raise statement.error("VP017", what, at - 1)
         words = read_words(replace(statement, rest=text[at:], begin=statement.begin + at), self.q)
         speed, feed = words.take("S"), words.take("F")
         delta = self.frames.convert_length(words.take("DL") or 0.0), self.frames.convert_length(words.take("DR") or 0.0)

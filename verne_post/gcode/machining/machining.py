@@ -205,10 +205,13 @@ def warn_of_idle_feed(core: "Machining", at: At, feed: float) -> None:
     """VP009, once a program: a block with F moves in rapid traverse, because an earlier G0 is in force."""
     if core.warns_of_idle_feed:
         core.warns_of_idle_feed = False
-        since = f"G0 of line {core.word_lines['G0']}" if "G0" in core.word_lines else "G0"
+        since, where = "G0", "in the first block"
+        if "G0" in core.word_lines:
+            since = f"G0 of line {core.word_lines['G0']}"
+            where += f" from line {core.word_lines['G0']} on"
         text = (
             f"F{feed:g} is not used in this block, which moves in rapid traverse: {since} is still active; write "
-            "G1 if it is to move at the feed rate"
+            f"G1 {where} that is to move at the feed rate"
         )
         edit = Remedy("write G1", "G1", line=at.line, way="before", is_choice=True)
         core.recorder.warn("VP009", text, at.line, None, severity="warning", edits=(edit,))

@@ -300,6 +300,7 @@ class Tools:
                     edits = edit_of_tool, dataclasses.replace(own, is_choice=True)
                     theirs = [dataclasses.replace(one, is_choice=True) for one in item.edits if one != edit_of_tool]
                     warnings[place] = dataclasses.replace(item, edits=(edit_of_tool, *theirs))
+            text += f"; if tool {number} is to cut, call T{number} M6 before, else write D{tool}" * bool(edits)
             self.recorder.note_once("VP049", text, at.line, edits, number, "diameter", column=at.columns.get("D"))
 
     def _describe(self, number: int) -> str:
