@@ -253,6 +253,22 @@ def test_what_no_language_has_stays_unknown(run: Callable[..., Any], words: str)
     assert answer.code == 2 and not answer.out
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("=" * 4000, "is neither INPUT:LINE"),
+        ("7" * 4000, "is neither INPUT:LINE"),
+        ("G1 X" + "=" * 3996, "no language reads the whole line"),
+        ("7" * 4001, "the line has 4001 characters; at most 4000 are read"),
+    ],
+    ids=["equal signs", "digits", "after a word", "too long"],
+)
+def test_a_long_line_is_refused_in_words(run: Callable[..., Any], line: str, said: str) -> None:
+    answer = run("explain", line)
+    assert answer.code == 2
+    assert said in answer.err
+
+
 def test_lines_of_samples_are_read_in_their_own_language() -> None:
     samples = Path(__file__).resolve().parents[2] / "gcode_samples"
     names = {

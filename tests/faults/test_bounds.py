@@ -6,16 +6,26 @@ import resource
 import pytest
 
 from tests.faults.trials import PLACE, ROOT, Ground
+from verne_post.app.source_text import check_source_text
 from verne_post.config import list_machine_files
+from verne_post.model.findings import InputError
 
 HEAD = "G21 G90 G64\nT1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\n"
 #: Seconds of the processor; each of these programs once took from 13 to for ever, and takes one now.
 MOST_SECONDS = 60
-LONG_LINES = ("(" * 100_000, "X=IC(" * 20_000, "R1=R1*(" * 20_000, " " * 100_000 + "?", "(MSG," * 20_000)
+#: Lines with an error, each as long as is read or a long remark; 16 s of the processor for the blanks alone once.
+LONG_LINES = (
+    "(" * 100_000,
+    f"CYCLE81({';' * 100_000}",
+    "X=IC(" * 790,
+    "R1=R1*(" * 560,
+    f"G1 X{' ' * 3990}?",
+    "(MSG," * 20_000,
+)
 
 
-def bounded(ground: Ground, programs: list[bytes], *words: str) -> tuple[int, list[str]]:
-    """Check programs within MOST_SECONDS of the processor, which a busy machine does not shorten: status, and what is
+def bounded(ground: Ground, programs: list[bytes], *words: str, seconds: int = MOST_SECONDS) -> tuple[int, list[str]]:
+    """Check programs within some seconds of the processor, which a busy machine does not shorten: status, and what is
     said of each.
     """
     names = [f"bound{number}.nc" for number in range(len(programs))]
@@ -23,7 +33,7 @@ def bounded(ground: Ground, programs: list[bytes], *words: str) -> tuple[int, li
         (ground.folder / name).write_bytes(raw)
 
     def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
         resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 26, 1 << 26))
 
     run = ground.run("check", *names, *PLACE, *words, preexec_fn=limit)
@@ -34,9 +44,26 @@ def bounded(ground: Ground, programs: list[bytes], *words: str) -> tuple[int, li
 
 @pytest.mark.parametrize("dialect", ["rs274", "fanuc", "siemens", "auto"])
 def test_long_lines(ground: Ground, dialect: str) -> None:
-    status, said = bounded(ground, [f"{HEAD}{line}\nM2\n".encode() for line in LONG_LINES], "--dialect", dialect)
+    texts = [f"{HEAD}{line}\nM2\n".encode() for line in LONG_LINES]
+    status, said = bounded(ground, texts, "--dialect", dialect, seconds=12)
     assert status == 2
     assert all("error" in one and len(one) < 2000 for one in said)
+
+
+@pytest.mark.parametrize("language", ["rs274", "fanuc", "siemens", "heidenhain", "aptcl"])
+def test_a_line_is_too_long_outside_remarks(language: str) -> None:
+    remark = {"aptcl": "$$ {}", "rs274": "({})", "fanuc": "({})"}.get(language, ";{}").format("X1" * 50_000)
+    check_source_text(f"{'X' * 4000}{remark}\n".encode(), "p", language)
+    with pytest.raises(InputError) as refused:
+        check_source_text(f"N1\n{'X' * 4001}{remark}\nN3\n".encode(), "p", language)
+    (item,) = refused.value.findings
+    assert (item.code, item.line) == ("VP001", 2)
+    assert item.message == "the line has 4001 characters outside remarks; at most 4000 are read"
+
+
+def test_a_long_line_of_another_kind_of_file_is_told_as_such() -> None:
+    with pytest.raises(InputError, match="this looks like JSON"):
+        check_source_text(b"{" + b'"a":1,' * 4000, "p", "auto")
 
 
 def test_motion_without_end(ground: Ground) -> None:

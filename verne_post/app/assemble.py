@@ -297,7 +297,7 @@ def find_shaper_weights(machine: Machine, options: Options, cycle: float) -> Arr
 
 def read_draft(source: Text, machine: Machine, options: Options, team: Team = ALONE) -> Draft:
     """Text -> moves -> tool path on the chosen branches of the table; ``from_line`` -> where a restart begins."""
-    check_source_text(source, options.source_name)
+    check_source_text(source, options.source_name, options.dialect)
     setup = build_interpreter_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
     machine = choose_axis_correction(machine, options, moves)

@@ -96,7 +96,7 @@ def propose(
     """
     options = options.changed(unmeasured_wcs={})  # the place that a set-up leaves open is what is sought
     free = _choose_free(machine, free, ranges or {})
-    check_source_text(source, options.source_name)
+    check_source_text(source, options.source_name, options.dialect)
     moves, path = _read(source, machine, options)
     if not len(path):
         raise make_input_error("VP021", "the program contains no motion")

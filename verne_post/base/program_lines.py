@@ -9,11 +9,21 @@ from verne_post.base.tolerances import LIMIT_SLACK_MM
 
 #: Remarks of languages, by dialect, in which parentheses are no remarks, or a text, in which none begins.
 _REMARKS: Final = {**dict.fromkeys(("siemens", "heidenhain"), r"(\"[^\"]*\")|;.*"), "aptcl": r"\$\$.*"}
+_REMARKS_IN_PARENTHESES: Final = r"\([^)]*\)?|;.*"
+#: So many characters of a line are read, apart from remarks. Blocks of controls have 255 to 512; Python reads whole
+#: numbers of up to 4300 digits.
+LONGEST_LINE: Final = 4000
 
 
 def remove_remarks(line: str, dialect: str = "") -> str:
     """A line with blanks for its remarks; without a dialect, those in parentheses and after a semicolon."""
-    return re.sub(_REMARKS.get(dialect, r"\([^)]*\)?|;.*"), _blank, line)
+    return re.sub(_REMARKS.get(dialect, _REMARKS_IN_PARENTHESES), _blank, line)
+
+
+def count_code(line: str, dialect: str) -> int:
+    """How many characters a line has outside remarks."""
+    found = re.finditer(_REMARKS.get(dialect, _REMARKS_IN_PARENTHESES), line)
+    return len(line) - sum(len(remark[0]) for remark in found if not remark.lastindex)
 
 
 def _blank(remark: re.Match[str]) -> str:

@@ -145,7 +145,7 @@ def read_program_text(
     if kind is not None:
         text = f"{show_name(name)} is no NC program: {Path(name).suffix} is {kind}; name a program (.nc, .mpf, .h)"
         raise make_input_error("VP022", text)
-    check_source_text(source, show_name(name))
+    check_source_text(source, show_name(name), options.dialect)
     if source.startswith(b"t_s,"):
         raise make_input_error(
             "VP022",

@@ -153,7 +153,7 @@ def describe_word(word: str) -> list[str]:
         return [*found, *([f"{lacking}: not known, and refused (VP002); {describe_remap(name)}"] if lacking else [])]
     if not found and re.fullmatch(r"FN \d+", name):
         return ["Klartext: no function FN has this number: a program with it is refused (VP002)"]
-    if not found and bare != name:
+    if not found and bare != name and not _SIGN.search(bare):
         found = describe_word(bare)
     of_statements = (  # what may follow the slash of a CL statement, or stand in a statement of Klartext
         ("APT", apt.WORDS_OF),

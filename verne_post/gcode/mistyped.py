@@ -140,7 +140,8 @@ _OPEN_BRACKET: Final = "the bracket is not closed on its line"
 _KEY_OF_BRACKET: Final = re.compile(r"[ \t]*([89][A-Z]{2}[^()]*\))", re.IGNORECASE)
 _WORDS_ALONE: Final = re.compile(r"[ \t]*([A-Z]{3,}(?:[ \t]+[A-Z]+)*)[ \t\r]*", re.IGNORECASE)
 _KEYS_BESIDE_PERCENT: Final = ("5", "$", "^")
-_CLOSED_IN_REMARK: Final = re.compile(r";(?=[^()]*\))")
+#: A semicolon up to the next bracket; group 1 where that closes.
+_CLOSED_IN_REMARK: Final = re.compile(r";[^()]*+(\))?")
 #: A rotary axis of a compensated contour, its number, and the linear axis whose key is beside its own.
 _TURN_ON_CONTOUR: Final = re.compile(r"^[ABC] turns under|turn of the table under cutter compensation")
 #: A turn in a program without TRAORI, and angles of a program but for 0.
@@ -334,10 +335,12 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         )
         edits = propose_words(item, match[0], [right])
         return replace(item, code="VP001", message=message, edits=edits, settled_by=())
-    if item.message.startswith(_OPEN_BRACKET) and (remark := _CLOSED_IN_REMARK.search(text, item.column)) is not None:
-        edit = Remedy("write ,", ",", line=item.line, misspelt=";")
-        message = "; begins a remark, and the bracket before it is open; write , in its place"
-        return replace(item, message=message, column=remark.start() + 1, edits=(edit,))
+    if item.message.startswith(_OPEN_BRACKET):
+        remarks = _CLOSED_IN_REMARK.finditer(text, item.column)
+        if (remark := next((one for one in remarks if one[1]), None)) is not None:
+            edit = Remedy("write ,", ",", line=item.line, misspelt=";")
+            message = "; begins a remark, and the bracket before it is open; write , in its place"
+            return replace(item, message=message, column=remark.start() + 1, edits=(edit,))
     is_remark = ")" in text and item.code in ("VP001", "VP023") and dialect in _BLOCKS  # else it takes long
     if is_remark and (match := _REMARK.match(text)) and item.column <= match.end():
         wrong = match[0][match.start(1) - match.start() :]

@@ -112,7 +112,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     errors = execution.errors
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
-        other = _find_language(source, every, dialect)
+        other = find_language(source, every, dialect)
         errors = say_what_is_meant(
             source, _try_other_side(source, setup, errors, every, dialect), name_dialect(dialect)
         )
@@ -183,7 +183,7 @@ def _make_placed_state(source: Text, setup: Setup, dialect: Dialect) -> State:
 
 def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Setup) -> list[Finding]:
     """Errors in the order of their lines; one alone where the program is in another language."""
-    other = _find_language(source, errors, dialect)
+    other = find_language(source, errors, dialect)
     if other is not None:
         return [other]
     in_order = [_place_at_word(source, item) for item in sorted(errors, key=lambda item: item.line or 0)]
@@ -326,7 +326,8 @@ def _report_at_start(item: Finding, moves: Moves, setup: Setup) -> Finding:
     return replace(item, message=message, line=line, last_line=line, worst_line=line, column=None)
 
 
-def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:
+def find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:
+    """The finding that a program with errors is no text of its dialect; None where nothing shows it."""
     is_recognised = dialect.recognise(source)
     return find_other_language(source, errors, name_dialect(dialect), DIALECTS, is_recognised=is_recognised)
 

@@ -27,7 +27,7 @@ _ANGLES: Final = "ABC"
 _LENGTHS: Final = "XYZUVWIJKRQ"
 #: What is no word: comments, what follows a %, and levels of G5.1.
 _SILENT: Final = rb"\([^)\n]*|;[^\n]*|^[ \t]*%[^\n]*|G0*5\.1[^\n]*"
-_LETTER: Final = rb"|(?<![A-Z])([A-CFI-KQRU-Z])[ \t]*[+-]?[ \t]*"
+_LETTER: Final = rb"|(?<![A-Z])([A-CFI-KQRU-Z])[ \t]*+[+-]?+[ \t]*+"
 #: Words with a number that has a decimal point, and those of one that has none and is not 0; group 1 is the letter.
 #: A number with the letter O or a comma in place of the point is an error of its own; ``,R5`` is a corner.
 _POINTED_WORD: Final = re.compile(_SILENT + _LETTER + rb"[0-9 \t]*+\.", re.IGNORECASE | re.MULTILINE)
@@ -35,7 +35,7 @@ _BARE: Final = re.compile(
     _SILENT + _LETTER + rb"[0 \t]*+[1-9](?:[ \t]*[0-9])*+(?![ \t]*(?:[.O]|,[ \t]*[0-9]))", re.IGNORECASE | re.MULTILINE
 )
 #: A word whose value is computed.
-_COMPUTED_WORD: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*[+-]?[ \t]*[#\[]", re.IGNORECASE)
+_COMPUTED_WORD: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*+[+-]?+[ \t]*+[#\[]", re.IGNORECASE)
 _UNIT: Final = re.compile(_SILENT + rb"|(G[ \t]*0*2[ \t]*[01])(?![0-9.])", re.IGNORECASE | re.MULTILINE)
 _DWELL: Final = re.compile(rb"G0*4(?![0-9.])", re.IGNORECASE)
 _REMARK: Final = re.compile(rb"\([^)\n]*\)?|;.*")

@@ -75,7 +75,9 @@ def refuse_letterless(text: str) -> None:
         meaning = f"did you mean O{digits.removeprefix('0').strip()}?"
         raise ProgramError("VP001", f"{digits}: a number without a letter before it; {meaning}", match.start(1) + 1)
     for match in _WORD.finditer(text):
-        letter, number, rest = (match["letter"] or "").upper(), match["number"], text[match.end() :]
+        if match["letter"] is None:
+            continue
+        letter, number, rest = match["letter"].upper(), match["number"], text[match.end() :]
         if number and (letter == "N" or not f"{match['own']}{number}".isdigit()):
             if letter == "N" and number.isdigit():
                 right = f"{_find_letter_of_code(number, rest) if len(number) <= _DIGITS_OF_CODES else 'S'}{number}"
