@@ -104,7 +104,8 @@ CODES: Final[dict[str, Code]] = _make_table(
      ""),
     ("VP018", "unusable option", "error",
      "An option and the program contradict each other. As a warning: the program and the set-up, a tool table or "
-     "an option give one tool two lengths or diameters. The message names both, and says which one is used.",
+     "an option give one tool two lengths or diameters. The message names both, and says which one is used. Or no "
+     "called tool is among the tool shapes.",
      ""),
     ("VP019", "unreadable tool table", "error",
      "A line of the tool table is not of the form 'T1 P1 Z50 D6 ; remark'.",
