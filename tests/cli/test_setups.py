@@ -228,19 +228,20 @@ def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
             "[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance_mm = 1e6",
             "keep_out.vise.distance_mm = 1000000.0",
         ),
-        ('tool_table = "none.tbl"', "part.nc.toml:1:1: VP022 error: tool_table = none.tbl: No such file or directory"),
+        ('tool_table = "parts.nc"', "tool_table = parts.nc: No such file or directory; did you mean part.nc?"),
+        ('tool_table = "none.tbl"', "part.nc.toml:1:14: VP022 error: tool_table = none.tbl: No such file or directory"),
         (
             'tool_lengths = "none.csv"',
-            "part.nc.toml:1:1: VP022 error: tool_lengths = none.csv: No such file or directory",
+            "part.nc.toml:1:16: VP022 error: tool_lengths = none.csv: No such file or directory",
         ),
         (
             'tool_shapes = "none.toml"',
-            "part.nc.toml:1:1: VP022 error: tool_shapes = none.toml: No such file or directory",
+            "part.nc.toml:1:15: VP022 error: tool_shapes = none.toml: No such file or directory",
         ),
-        ('parameters = "none.var"', "part.nc.toml:1:1: VP022 error: parameters = none.var: No such file or directory"),
+        ('parameters = "none.var"', "part.nc.toml:1:14: VP022 error: parameters = none.var: No such file or directory"),
         (
             'measured_offset = "none.csv"',
-            "part.nc.toml:1:1: VP022 error: measured_offset = none.csv: No such file or directory",
+            "part.nc.toml:1:19: VP022 error: measured_offset = none.csv: No such file or directory",
         ),
         ("[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 0]", "keep_out.vise"),
     ],
@@ -269,7 +270,7 @@ def test_a_mistake_of_a_set_up_looks_like_one_of_a_program(folder: Path, run: Ca
         words = ("part.nc:1",) if command == "explain" else ("part.nc",)
         said = run(command, *words, "--setup", "none.toml")
         assert (said.out + said.err).splitlines()[:3] == [
-            "none.toml:1:1: VP022 error: tool_table = none.tbl: No such file or directory",
+            "none.toml:1:14: VP022 error: tool_table = none.tbl: No such file or directory",
             '  1 | tool_table = "none.tbl"',
             "    | ^",
         ]

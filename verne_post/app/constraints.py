@@ -44,10 +44,10 @@ def _check_contour(
     bounds, found = check_constraints(joints, report, program.team)
     if joints.keep_out is not None:
         from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
-        from verne_post.app.unit_check import question_units
+        from verne_post.app.unit_check import report_doubtful_units
 
         found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
-        found = question_units(program.machine, program.options, found)
+        found = report_doubtful_units(program.machine, program.options, found)
     return bounds, found
 
 

@@ -16,7 +16,7 @@ from verne_post.part.stl import read_stl
 _TIMES_TABLE: Final = 2.0
 
 
-def question_units(machine: Machine, options: Options, found: Sequence[Finding]) -> list[Finding]:
+def report_doubtful_units(machine: Machine, options: Options, found: Sequence[Finding]) -> list[Finding]:
     """Findings with VP505 for meshes whose unit is doubtful: an error in place of the contacts, where there are some.
 
     A mesh that is so large and touches nothing has a warning: it may stand where it is not, in its own unit.

@@ -405,9 +405,21 @@ def locate_errors(function: Callable[Concatenate[RunFiles, _P], _T]) -> Callable
             (found,) = files.find_lines([make_finding("VP022", str(error))])
             if found.file is None:
                 raise
-            raise InputError(found) from None
+            raise InputError(_place_at_value(found)) from None
 
     return call
+
+
+def _place_at_value(item: "Finding") -> "Finding":
+    """A finding about the file that a key names, at the name and not at the key."""
+    from dataclasses import replace
+
+    said = re.match(r"\S+ = ([^:]++):", item.message)
+    at = item.file_text.find(Path(said[1]).name) if said else -1
+    if at < 0:
+        return item
+    quote = max(item.file_text.rfind(mark, 0, at) for mark in "\"'")
+    return replace(item, file_column=(at if quote < 0 else quote) + 1)
 
 
 def report_unread(error: Exception) -> "Finding":
@@ -417,15 +429,16 @@ def report_unread(error: Exception) -> "Finding":
     return make_finding("VP022", str(error))
 
 
-def _describe_missing(name: str) -> str:
-    """A program that is not there, with a name near it."""
+def _describe_missing(name: str, why: str) -> str:
+    """A program, or another file with the words of the system, that is not there, with a name near it."""
     from verne_post.base.suggestions import find_meant
     from verne_post.model.verdict import NO_SUCH_FILE
 
     path = Path(name)
-    names = [one.name for one in path.parent.iterdir() if one.suffix != ".toml"] if path.parent.is_dir() else []
+    beside = path.parent.iterdir() if path.parent.is_dir() else ()
+    names = [one.name for one in beside if (one.suffix == path.suffix if why else one.suffix != ".toml")]
     near = find_meant(path.name, names)
-    return f"{NO_SUCH_FILE}{f'; did you mean {show_name(path.with_name(near))}?' if near else ''}"
+    return f"{why or NO_SUCH_FILE}{f'; did you mean {show_name(path.with_name(near))}?' if near else ''}"
 
 
 def _describe_folder(folder: Path) -> str:
@@ -444,8 +457,8 @@ def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
         yield
     except OSError as error:
         why = "is closed" if is_dash(name) and error.errno == errno.EBADF else error.strerror or error
-        if error.errno == errno.ENOENT and what == PROGRAM:
-            why = _describe_missing(str(name))
+        if error.errno == errno.ENOENT and (what == PROGRAM or _is_place(what)):
+            why = _describe_missing(str(name), "" if what == PROGRAM else error.strerror)
         elif error.errno == errno.EISDIR:
             why = _describe_folder(Path(name)) if what == PROGRAM else "is a folder"
         shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)
