@@ -272,7 +272,7 @@ def test_a_mistake_of_a_set_up_looks_like_one_of_a_program(folder: Path, run: Ca
         assert (said.out + said.err).splitlines()[:3] == [
             "none.toml:1:14: VP022 error: tool_table = none.tbl: No such file or directory",
             '  1 | tool_table = "none.tbl"',
-            "    | ^",
+            "    |              ^",
         ]
     (found, _other) = json.loads(run("check", "part.nc", "--output-format", "json").out)["programs"][0]["findings"]
     assert (found["file"], found["file_line"], found["file_column"], found["column"]) == ("part.nc.toml", 2, 14, None)

@@ -436,8 +436,11 @@ def _describe_missing(name: str, why: str) -> str:
 
     path = Path(name)
     beside = path.parent.iterdir() if path.parent.is_dir() else ()
-    names = [one.name for one in beside if (one.suffix == path.suffix if why else one.suffix != ".toml")]
-    near = find_meant(path.name, names)
+    if why:  # an ending that all have makes no name near
+        near = find_meant(path.stem, [one.stem for one in beside if one.suffix == path.suffix])
+        near += path.suffix if near else ""
+    else:
+        near = find_meant(path.name, [one.name for one in beside if one.suffix != ".toml"])
     return f"{why or NO_SUCH_FILE}{f'; did you mean {show_name(path.with_name(near))}?' if near else ''}"
 
 

@@ -387,7 +387,7 @@ class Flow:
         near = [] if repeats else self._find_near_programs(label)
         files = [] if repeats or near else self._find_near_files(label)
         edits = self._write_numbers(near or files, label, "P", self.calls.line - 1) if self._is_in_main else ()
-        if len(near) == 1 and self._is_called(near[0]):  # it is meant elsewhere
+        if len(near or files) == 1 and self._is_called((near or files)[0]):  # it is meant elsewhere
             edits = tuple(dataclasses.replace(one, is_choice=True) for one in edits)
         head, edits_of_head = ("", ()) if repeats else self._find_head(label, near)
         if head:
@@ -445,10 +445,11 @@ class Flow:
         return write_numbers([one.zfill(4) for one in numbers], f"{match[1]}{number}", letter, line)
 
     def _find_near_files(self, label: str) -> list[str]:
-        """The number of a file beside the program of which another number is a slip."""
-        files = self.interpreter.setup.subroutines
-        near = find_near_program(label, (one.removeprefix("o") for one in files if one.removeprefix("o").isdecimal()))
-        return [near] if near else []
+        """Numbers of files beside the program of which another number may be a slip."""
+        files = (one.removeprefix("o") for one in self.interpreter.setup.subroutines)
+        numbers = sorted({one.lstrip("0") for one in files if one.isdecimal()})
+        near = find_near_program(label, numbers)
+        return list_near_numbers(label, [near] if near else [one for one in numbers if len(one) > len("99")])
 
     @property
     def _is_in_main(self) -> bool:
