@@ -12,7 +12,7 @@ from typing import Final
 from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import find_meant, list_near_numbers, name_numbers
 from verne_post.gcode.block import Block, OWord
-from verne_post.gcode.calls import CallStack, find_near_program, spell_program
+from verne_post.gcode.calls import CallStack, list_near_programs, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_FILE, ProgramError, locate_errors, write_numbers
 from verne_post.gcode.repeats import Repeats
@@ -447,9 +447,7 @@ class Flow:
     def _find_near_files(self, label: str) -> list[str]:
         """Numbers of files beside the program of which another number may be a slip."""
         files = (one.removeprefix("o") for one in self.interpreter.setup.subroutines)
-        numbers = sorted({one.lstrip("0") for one in files if one.isdecimal()})
-        near = find_near_program(label, numbers)
-        return list_near_numbers(label, [near] if near else [one for one in numbers if len(one) > len("99")])
+        return list_near_programs(label, {one.lstrip("0") for one in files if one.isdecimal()})
 
     @property
     def _is_in_main(self) -> bool:
@@ -464,6 +462,4 @@ class Flow:
             for one, line in text.structure.programs.items()
             if not (text is main and main.is_head(line))
         }
-        near = find_near_program(label, numbers)
-        # O1 mostly is the program itself
-        return list_near_numbers(label, [near] if near else sorted(one for one in numbers if len(one) > len("99")))
+        return list_near_programs(label, numbers)
