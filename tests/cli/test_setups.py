@@ -332,6 +332,20 @@ def test_files_may_begin_with_the_mark_that_editors_write(folder: Path, run: Cal
     assert "part.nc.toml: VP503 error: not a TOML file: text in UTF-16; save it as UTF-8" in run("check", "part.nc").out
 
 
+def test_a_diameter_that_is_not_that_of_the_shape_has_both_places(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc").write_text(PROGRAM.replace(" G49", "").replace("G0 X0", "T1 M6\nG43 H1\nG0 X0"), encoding="utf-8")
+    Path("part.nc.toml").write_text(
+        'tool_shapes = "shapes.toml"\n[tools]\n1 = { length = 66, diameter = 8 }\n'
+        "[keep_out.vise]\nmin = [190, 0, 0]\nmax = [200, 9, 9]\n",
+        encoding="utf-8",
+    )
+    Path("shapes.toml").write_text("[tool.1]\ncutter = { diameter = 6, length = 20 }\n", encoding="utf-8")
+    assert (
+        "part.nc.toml:3:1: VP018 error: tool 1: its cutter among the tool shapes (shapes.toml:2) is 6 mm thick, but its "
+        "diameter in tools.1 of the set-up is 8"
+    ) in run("check", "part.nc").out
+
+
 def test_every_mistake_is_told_at_once(folder: Path, run: Callable[..., Any]) -> None:
     Path("part.nc.toml").write_text('tool_lenght = 80\ntolerance = "big"\n[wcs]\nG44 = [1, 2, 3]\n', encoding="utf-8")
     answer = run("part.nc")

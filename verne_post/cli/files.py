@@ -233,7 +233,20 @@ class RunFiles:
         for name, text in self._list_tables():
             there = replace(item, file=name)
             if found := _place_in_table(there, text, said) or _place_in_table(there, text, f"keep_out.{said}"):
-                return found
+                return self._add_place_of_shape(found)
+        return item
+
+    def _add_place_of_shape(self, item: "Finding") -> "Finding":
+        """A finding that contradicts the shape of a tool, with the file and line of that."""
+        from dataclasses import replace
+
+        from verne_post.config.toml_entries import find_place
+
+        number = re.match(r"tool (\d++): .*among the tool shapes", item.message)
+        for name, text in self._list_tables() if number else ():
+            if name != item.file and number and (found := find_place(text, f"tool.{number[1]}.cutter: ")):
+                place = f"among the tool shapes ({name}:{found[0]})"
+                return replace(item, message=item.message.replace("among the tool shapes", place, 1))
         return item
 
     def find_key(self, key: str) -> str:
@@ -461,7 +474,7 @@ def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
     except OSError as error:
         why = "is closed" if is_dash(name) and error.errno == errno.EBADF else error.strerror or error
         if error.errno == errno.ENOENT and (what == PROGRAM or _is_place(what)):
-            why = _describe_missing(str(name), "" if what == PROGRAM else error.strerror)
+            why = _describe_missing(str(name), "" if what == PROGRAM else error.strerror or "")
         elif error.errno == errno.EISDIR:
             why = _describe_folder(Path(name)) if what == PROGRAM else "is a folder"
         shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)
