@@ -341,8 +341,8 @@ def test_a_diameter_that_is_not_that_of_the_shape_has_both_places(folder: Path, 
     )
     Path("shapes.toml").write_text("[tool.1]\ncutter = { diameter = 6, length = 20 }\n", encoding="utf-8")
     assert (
-        "part.nc.toml:3:1: VP018 error: tool 1: its cutter among the tool shapes (shapes.toml:2) is 6 mm thick, but its "
-        "diameter in tools.1 of the set-up is 8"
+        "part.nc.toml:3:1: VP018 error: tool 1: its cutter among the tool shapes (shapes.toml:2) is 6 mm thick, but "
+        "its diameter in tools.1 of the set-up is 8"
     ) in run("check", "part.nc").out
 
 
