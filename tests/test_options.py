@@ -790,6 +790,8 @@ def test_arrays_and_lists_of_numbers_of_numpy_are_numbers() -> None:
         ("parameters", {5220: 1.5}, "work system has a number from 1 to 9"),
         ("smoothing", "\ud800", "expected one of spline"),
         ("dialect", np.array(["fanuc", "rs274"]), "expected one of auto"),
+        ("dialect", "sinumerik", "; did you mean siemens?"),
+        ("dialect", "LinuxCNC", "; did you mean rs274?"),
     ],
 )
 def test_values_that_once_broke_a_call(name: str, value: object, said: str) -> None:

@@ -1237,6 +1237,24 @@ def test_feeds_and_speeds_in_another_unit_are_told(cuts, line, said):
             'tool 1 "EM12": a diameter of 24 mm is twice the 12 mm',
         ),
         ("rs274", "(T1 D=12. - FLAT END MILL)", "T1 M6", 11.4, ""),  # ground again
+        ("rs274", "(T1 D=12. - FLAT END MILL)", "T1 M6", 12.5, ""),  # more is left
+        ("rs274", "(T1 D=3. - FLAT END MILL)", "T1 M6", 2.75, ""),
+        (
+            "rs274",
+            "(T1 D=12. CR=2. - BULL NOSE END MILL)",
+            "T1 M6",
+            10.0,
+            "tool 1: a diameter of 10 mm is not the 12 mm that the program's remark in line 1 names",
+        ),
+        ("siemens", '; T1 "EM12" D=12. MILL', 'T="EM12" M6', 16.0, 'tool 1 "EM12": a diameter of 16 mm is not the 12'),
+        (
+            "rs274",
+            "(T1 D12 FLAT END MILL)",
+            "T1 M6\nS9 M3 G0 A0 C0 X0 Y0\nG43 Z50 H1\nG41 D12 G1 X9 F90\nX30\nG40 X60",
+            10.0,
+            "",
+        ),  # an entry of the tool table
+        ("rs274", "(T1 D=12. TAPER=45. - ENGRAVER)", "T1 M6", 1.0, ""),  # the width where it cuts
         ("rs274", "(T1 D1 - FLAT END MILL)", "T1 M6", 2.0, ""),  # an entry of the tool table
         # two diameters, and those of other parts of the tool
         ("rs274", "(T1 CHAMFER MILL D=12. D1=6.)", "T1 M6", 6.0, ""),
@@ -1245,15 +1263,24 @@ def test_feeds_and_speeds_in_another_unit_are_told(cuts, line, said):
         ("rs274", "(T1 D=6. TIP RADIUS CUTTER)", "T1 M6", 12.0, ""),
     ],
 )
-def test_a_radius_in_place_of_a_diameter_is_told(dialect, remark, call, diameter, said):
+def test_a_diameter_that_is_not_that_of_the_remark_is_told(dialect, remark, call, diameter, said):
     length, unit = ("D1", "G71") if dialect == "siemens" else ("G43 H1", "G21")
     text = f"{remark}\n{unit} G90 G17 G54\n{call}\nS900 M3\nG0 A0 C0 X0 Y0\n{length} Z50\nG1 Z9 F90\nM30\n"
-    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), diameter)}
+    tools = {number: vp.Tool(number, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), diameter) for number in (1, 12)}
     names = {"siemens": {"tools": {"EM12": 1}}} if dialect == "siemens" else {}
-    options = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names)
+    vise = vp.Box("vise", (190.0, 0.0, -90.0), (200.0, 9.0, -80.0))
+    options = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names, keep_out=(vise,))
     told = [item for item in vp.check(text, "ac_trunnion", options).findings if item.code == "VP505"]
     assert len(told) == bool(said)
     assert all(item.message.startswith(said) for item in told)
+    if " is not " in said:  # where nothing uses the diameter, it may be any; compensation does
+        alone = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names)
+        compensated = text.replace("M30", "G41 X20\nX60\nG40 X90 Y0\nM30")
+        for one, count in ((text, 0), (compensated, 1)):
+            findings = vp.check(one, "ac_trunnion", alone).findings
+            assert [item.message for item in findings if item.code == "VP505"] == [
+                item.message for item in told
+            ] * count
     assert all(describe_remedy(item, "p.nc").startswith("Correct the diameter in the set-up or") for item in told)
 
 
@@ -1347,3 +1374,29 @@ def test_a_feed_in_mm_a_minute_under_g93_is_told_by_check_and_explain() -> None:
     lines = text.split("\n")
     changed = "\n".join([*lines[: edit.line - 1], edit.value, *lines[edit.line - 1 :]])
     assert "VP505" not in {one.code for one in vp.check(changed, "ac_trunnion", options).findings}
+
+
+@pytest.mark.parametrize(
+    ("shapes", "calls", "unchecked", "said"),
+    [
+        ((2,), "T1 M6", "shank and holder of tool 1: not among", "no line calls it, and tool 1 of the program has no"),
+        ((2, 3), "T1 M6", "shank and holder of tool 1: not among", "no line calls a tool of them, and tool 1 of the"),
+        ((1, 2), "T1 M6", "", ""),  # a file for many programs
+        ((1,), "T1 M6\nT0 M6\nT1 M6", "", ""),
+        ((), "T1 M6", "", ""),
+    ],
+)
+def test_a_called_tool_that_is_not_among_the_shapes_is_named(shapes, calls, unchecked, said):
+    text = f"G21 G90 G17 G54\n{calls}\nS900 M3\nG0 A0 C0 X0 Y0\nG43 H1 Z50\nG1 Z9 F90\nM30\n"
+    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)}
+    vise = vp.Box("vise", (190.0, 0.0, -90.0), (200.0, 9.0, -80.0))
+    parts = (vp.Cylinder("cutter", 10.0, 20.0), vp.Cylinder("holder", 40.0))
+    options = vp.Options(
+        tools=tools, wcs={"G54": (0, 0, 90)}, keep_out=(vise,), tool_shapes=dict.fromkeys(shapes, parts)
+    )
+    result = vp.check(text, "ac_trunnion", options)
+    told = [item.message for item in result.findings if item.code == "VP018"]
+    assert len(told) == bool(said)
+    assert all(said in one and one.endswith("; did you mean tool.1?") == (len(shapes) == 1) for one in told)
+    summary = " ".join(str(result.summary).split())
+    assert unchecked in summary and ("not among the tool shapes" in summary) == bool(unchecked)

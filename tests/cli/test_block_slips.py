@@ -258,15 +258,17 @@ def test_tools_and_ends_that_the_rest_gives_away(
     assert [one.settles for one in fixes] == [wrong.startswith(("M60", "M300")), False][: len(fixes)]
 
 
-@pytest.mark.parametrize("wrong", ["P0200", "P002"])
-def test_a_file_beside_the_program_has_nearly_the_number(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
-    (tmp_path / "O0020.nc").write_text("O0020\nG1 X5 F500\nM99\n")
+@pytest.mark.parametrize(("number", "wrong"), [("0020", "P0200"), ("0020", "P002"), ("2001", "P2002")])
+def test_a_file_beside_the_program_has_nearly_the_number(
+    inspector: Inspector, tmp_path: Path, number: str, wrong: str
+) -> None:
+    (tmp_path / f"O{number}.nc").write_text(f"O{number}\nG1 X5 F500\nM99\n")
     path, text = tmp_path / "a.nc", FANUC.replace("P1302", wrong, 1)
     found = check(inspector, path, text, SETUP)
     item = next(one for one in found.findings if one.severity == "error")
-    assert item.message.endswith("a file beside it has O20, which is nearly this number")
+    assert item.message.endswith(f"a file beside it has O{int(number)}, which is nearly this number")
     (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
-    assert text[: fix.begin] + fix.new + text[fix.end :] == FANUC.replace("P1302", "P0020", 1)
+    assert text[: fix.begin] + fix.new + text[fix.end :] == FANUC.replace("P1302", f"P{number}", 1)
 
 
 @pytest.mark.parametrize("column", [4, 5, 6, 10])

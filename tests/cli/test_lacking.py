@@ -134,6 +134,7 @@ def test_a_subprogram_alone_is_checked_where_it_is_called(run: Callable[..., Any
     assert f"BORE5.SPF:1:1: VP005 error: {said}" in answer.out
     assert "1 error," in answer.out
     assert "VP009" not in answer.out
+    assert "1 error, 0 warnings" in run("check", path, "--machine", "ac_trunnion").out  # nor is a set-up missing
     answer = run("explain", f"{path}:3", *PLACE)
     assert said in answer.out
     assert "feed rate zero" not in answer.out

@@ -216,7 +216,7 @@ def test_a_tool_without_a_shape_is_refused(floor, run):
     assert "tool.100001.cutter = {" in str(report_missing_shape(100_001, 'tool "M"'))
     Path("shapes.toml").write_text(SHAPES.replace("diameter = 8.0", "diameter = 10.0"), encoding="utf-8")
     answer = run(*JUDGE)
-    assert "its cutter in --tool-shapes is 10 mm thick, but its diameter in the tool table is 8" in answer.err
+    assert "its cutter among the tool shapes is 10 mm thick, but its diameter in the tool table is 8" in answer.err
 
 
 def test_flipped_and_inverted_meshes_are_refused(floor, run):

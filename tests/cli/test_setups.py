@@ -228,19 +228,20 @@ def test_a_tool_that_the_setup_lacks_does_not_take_the_diameter_of_another(
             "[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance_mm = 1e6",
             "keep_out.vise.distance_mm = 1000000.0",
         ),
-        ('tool_table = "none.tbl"', "part.nc.toml:1:1: VP022 error: tool_table = none.tbl: No such file or directory"),
+        ('tool_table = "parts.nc"', "tool_table = parts.nc: No such file or directory; did you mean part.nc?"),
+        ('tool_table = "none.tbl"', "part.nc.toml:1:14: VP022 error: tool_table = none.tbl: No such file or directory"),
         (
             'tool_lengths = "none.csv"',
-            "part.nc.toml:1:1: VP022 error: tool_lengths = none.csv: No such file or directory",
+            "part.nc.toml:1:16: VP022 error: tool_lengths = none.csv: No such file or directory",
         ),
         (
             'tool_shapes = "none.toml"',
-            "part.nc.toml:1:1: VP022 error: tool_shapes = none.toml: No such file or directory",
+            "part.nc.toml:1:15: VP022 error: tool_shapes = none.toml: No such file or directory",
         ),
-        ('parameters = "none.var"', "part.nc.toml:1:1: VP022 error: parameters = none.var: No such file or directory"),
+        ('parameters = "none.var"', "part.nc.toml:1:14: VP022 error: parameters = none.var: No such file or directory"),
         (
             'measured_offset = "none.csv"',
-            "part.nc.toml:1:1: VP022 error: measured_offset = none.csv: No such file or directory",
+            "part.nc.toml:1:19: VP022 error: measured_offset = none.csv: No such file or directory",
         ),
         ("[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 0]", "keep_out.vise"),
     ],
@@ -269,9 +270,9 @@ def test_a_mistake_of_a_set_up_looks_like_one_of_a_program(folder: Path, run: Ca
         words = ("part.nc:1",) if command == "explain" else ("part.nc",)
         said = run(command, *words, "--setup", "none.toml")
         assert (said.out + said.err).splitlines()[:3] == [
-            "none.toml:1:1: VP022 error: tool_table = none.tbl: No such file or directory",
+            "none.toml:1:14: VP022 error: tool_table = none.tbl: No such file or directory",
             '  1 | tool_table = "none.tbl"',
-            "    | ^",
+            "    |              ^",
         ]
     (found, _other) = json.loads(run("check", "part.nc", "--output-format", "json").out)["programs"][0]["findings"]
     assert (found["file"], found["file_line"], found["file_column"], found["column"]) == ("part.nc.toml", 2, 14, None)
@@ -329,6 +330,20 @@ def test_files_may_begin_with_the_mark_that_editors_write(folder: Path, run: Cal
         assert (taken["tools"], taken["wcs"]) == ({"1": [66, 6]}, {"G54": [0, 0, 30, 0]})
     Path("part.nc.toml").write_text(texts["part.nc.toml"], encoding="utf-16")
     assert "part.nc.toml: VP503 error: not a TOML file: text in UTF-16; save it as UTF-8" in run("check", "part.nc").out
+
+
+def test_a_diameter_that_is_not_that_of_the_shape_has_both_places(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc").write_text(PROGRAM.replace(" G49", "").replace("G0 X0", "T1 M6\nG43 H1\nG0 X0"), encoding="utf-8")
+    Path("part.nc.toml").write_text(
+        'tool_shapes = "shapes.toml"\n[tools]\n1 = { length = 66, diameter = 8 }\n'
+        "[keep_out.vise]\nmin = [190, 0, 0]\nmax = [200, 9, 9]\n",
+        encoding="utf-8",
+    )
+    Path("shapes.toml").write_text("[tool.1]\ncutter = { diameter = 6, length = 20 }\n", encoding="utf-8")
+    assert (
+        "part.nc.toml:3:1: VP018 error: tool 1: its cutter among the tool shapes (shapes.toml:2) is 6 mm thick, but "
+        "its diameter in tools.1 of the set-up is 8"
+    ) in run("check", "part.nc").out
 
 
 def test_every_mistake_is_told_at_once(folder: Path, run: Callable[..., Any]) -> None:

@@ -190,6 +190,25 @@ def test_meshes_that_are_no_body_are_named(facets: np.ndarray, unit: str, says: 
     assert error.value.findings[0].message.startswith(says)
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "unit", "severity"),
+    [
+        ((-30.0, -20.0, 0.0), (30.0, 20.0, 30.5), "inch", "error"),  # it is touched too
+        ((40.0, -20.0, -40.0), (100.0, 20.0, -30.0), "inch", "warning"),
+        ((-2.0, -2.0, -5.0), (2.0, 2.0, -1.0), "inch", ""),  # 102 mm are plausible
+        ((-300.0, -20.0, -50.0), (1500.0, 20.0, -40.0), "mm", ""),  # no unit is smaller
+        ((-300.0, -20.0, -50.0), (650.0, 20.0, -40.0), "cm", ""),  # in mm it is too large too
+    ],
+)
+def test_a_mesh_that_fits_only_in_mm_is_doubted(low: Corners, high: Corners, unit: str, severity: str) -> None:
+    found = check(PAST, keep_out=(mesh_of(low, high, "vise", unit=unit),))
+    assert [(item.code, item.severity) for item in found] == ([("VP505", severity)] if severity else [])
+    for item in found:
+        assert item.message.startswith("keep_out.vise.unit: read in inch, vise is 1524 mm long, and the table ")
+        assert item.message.endswith("; did you mean mm?")
+        assert ("its contacts are not listed" in item.message) == (severity == "error")
+
+
 def test_a_body_of_many_facets_does_not_cross_itself() -> None:
     """6000 facets of a wavy plate; then a needle through it."""
     x, y = np.meshgrid(np.linspace(0, 100, 51), np.linspace(0, 100, 31), indexing="ij")

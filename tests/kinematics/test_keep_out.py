@@ -551,7 +551,7 @@ def test_boxes_in_a_work_system_move_with_the_part() -> None:
 
 def test_a_tool_longer_than_it_is(machine: verne_post.Machine) -> None:
     long = {1: (Cylinder("cutter", 6.0, 80.0), Cylinder("shank", 6.0, 30.0), Cylinder("holder", 60.0))}
-    with pytest.raises(InputError, match="tool 1: its parts in --tool-shapes are 110 mm long, but its length is 100"):
+    with pytest.raises(InputError, match="tool 1: its parts among the tool shapes are 110 mm long, but its length is"):
         check(PAST, keep_out=(STOCK,), tool_shapes=long)
 
 

@@ -174,10 +174,10 @@ def test_a_shape_is_checked_against_the_tool_table():
     shape = (Cylinder("cutter", 8, 20, corner_radius=4), Cylinder("holder", 40, 30))
     check_tool("tool 3", shape, 50, 8.1)
     check_tool("tool 3", shape, 50, 0)
-    with pytest.raises(InputError, match="its parts in --tool-shapes are 50 mm long, but its length is 49"):
+    with pytest.raises(InputError, match="its parts among the tool shapes are 50 mm long, but its length is 49"):
         check_tool("tool 3", shape, 49, 0)
     with pytest.raises(
-        InputError, match="its cutter in --tool-shapes is 8 mm thick, but its diameter in the tool table is 10"
+        InputError, match="its cutter among the tool shapes is 8 mm thick, but its diameter in the tool table is 10"
     ):
         check_tool("tool 3", shape, 50, 10)
 

@@ -44,8 +44,10 @@ def _check_contour(
     bounds, found = check_constraints(joints, report, program.team)
     if joints.keep_out is not None:
         from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
+        from verne_post.app.unit_check import report_doubtful_units
 
         found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
+        found = report_doubtful_units(program.machine, program.options, found)
     return bounds, found
 
 
@@ -72,7 +74,7 @@ def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
         own = _drop_consequences(own, whole)
         # what is left of a stock at that time follows from the lines before
         found = [item for item in found if item.code != "VP216"]
-        found += [item for item in whole if item.code == "VP216" and has_line(item, line)]
+        found += [item for item in whole if item.code == "VP505" or (item.code == "VP216" and has_line(item, line))]
     return sort_findings([*own, *found])
 
 

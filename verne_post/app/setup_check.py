@@ -134,6 +134,7 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
         *(changes or check_first_tool(moves, path, options)),
         *report_kept_planes(moves, machine.coordinates),
         *_check_uncalled_tools(moves, options),
+        *_check_uncalled_shapes(moves, options),
         *check_senses(moves, machine.coordinates),
         *check_arcs(moves, from_move),
         *check_axes(moves, from_move),
@@ -512,15 +513,41 @@ def _follows_stop(moves: Moves, line: int) -> bool:
 
 def _check_uncalled_tools(moves: Moves, options: Options) -> Iterator[Finding]:
     """VP041: the set-up gives this program alone a tool that no line of it calls: a tool call may be missing."""
-    is_hidden = options.from_line is not None or options.block_delete
-    if is_hidden or any(event.kind == "remapped" for event in moves.events):
-        return  # a line before, a block that is skipped or a code of the builder may call it
+    if _may_call_others(moves, options):
+        return
     called = set(_list_called_tools(moves)) | moves.read_tools
     keys = [tool.key for number, tool in (options.tools or {}).items() if tool.key and number not in called]
     if keys:
         it, them = ("it", "its call") if len(keys) == 1 else ("them", "their calls")
         text = f"{', '.join(keys)} of the set-up: no line of the program calls {it}; write {them}, or take {it} out"
         yield make_finding("VP041", text)
+
+
+def _check_uncalled_shapes(moves: Moves, options: Options) -> Iterator[Finding]:
+    """VP018: of the tools that the program calls none has a shape, and others have: it may have the number of another.
+
+    A file of shapes may serve many programs: where one shape is used, the others mean nothing.
+    """
+    called, shapes = [number for number in _list_called_tools(moves) if number], options.tool_shapes
+    is_used = bool(options.keep_out) or options.stock is not None
+    if not (is_used and called and shapes and shapes.keys().isdisjoint(called)) or _may_call_others(moves, options):
+        return
+    names = moves.name_tools()
+    cutters = ", ".join(describe_tool_number(number, names) for number in called)
+    it, have = "it" if len(shapes) == 1 else "a tool of them", "has" if len(called) == 1 else "have"
+    text = (
+        f"tool.{next(iter(shapes))} of the tool shapes: no line calls {it}, and {cutters} of the program {have} no "
+        "shape: shank and holder are not checked"
+    )
+    meant = f"; did you mean tool.{called[0]}?" if len(shapes) == len(called) == 1 else ""
+    advice = "Write the number of the tool that the program calls into the file of tool shapes."
+    yield make_finding("VP018", text + meant, severity="warning", advice=advice)
+
+
+def _may_call_others(moves: Moves, options: Options) -> bool:
+    """Whether a line before, a block that is skipped or a code of the builder may call a tool."""
+    is_hidden = options.from_line is not None or options.block_delete
+    return bool(is_hidden) or any(event.kind == "remapped" for event in moves.events)
 
 
 def _find_change(moves: Moves, move: int) -> int:

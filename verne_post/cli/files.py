@@ -233,7 +233,20 @@ class RunFiles:
         for name, text in self._list_tables():
             there = replace(item, file=name)
             if found := _place_in_table(there, text, said) or _place_in_table(there, text, f"keep_out.{said}"):
-                return found
+                return self._add_place_of_shape(found)
+        return item
+
+    def _add_place_of_shape(self, item: "Finding") -> "Finding":
+        """A finding that contradicts the shape of a tool, with the file and line of that."""
+        from dataclasses import replace
+
+        from verne_post.config.toml_entries import find_place
+
+        number = re.match(r"tool (\d++): .*among the tool shapes", item.message)
+        for name, text in self._list_tables() if number else ():
+            if name != item.file and number and (found := find_place(text, f"tool.{number[1]}.cutter: ")):
+                place = f"among the tool shapes ({name}:{found[0]})"
+                return replace(item, message=item.message.replace("among the tool shapes", place, 1))
         return item
 
     def find_key(self, key: str) -> str:
@@ -405,9 +418,21 @@ def locate_errors(function: Callable[Concatenate[RunFiles, _P], _T]) -> Callable
             (found,) = files.find_lines([make_finding("VP022", str(error))])
             if found.file is None:
                 raise
-            raise InputError(found) from None
+            raise InputError(_place_at_value(found)) from None
 
     return call
+
+
+def _place_at_value(item: "Finding") -> "Finding":
+    """A finding about the file that a key names, at the name and not at the key."""
+    from dataclasses import replace
+
+    said = re.match(r"\S+ = ([^:]++):", item.message)
+    at = item.file_text.find(Path(said[1]).name) if said else -1
+    if at < 0:
+        return item
+    quote = max(item.file_text.rfind(mark, 0, at) for mark in "\"'")
+    return replace(item, file_column=(at if quote < 0 else quote) + 1)
 
 
 def report_unread(error: Exception) -> "Finding":
@@ -417,15 +442,19 @@ def report_unread(error: Exception) -> "Finding":
     return make_finding("VP022", str(error))
 
 
-def _describe_missing(name: str) -> str:
-    """A program that is not there, with a name near it."""
+def _describe_missing(name: str, why: str) -> str:
+    """A program, or another file with the words of the system, that is not there, with a name near it."""
     from verne_post.base.suggestions import find_meant
     from verne_post.model.verdict import NO_SUCH_FILE
 
     path = Path(name)
-    names = [one.name for one in path.parent.iterdir() if one.suffix != ".toml"] if path.parent.is_dir() else []
-    near = find_meant(path.name, names)
-    return f"{NO_SUCH_FILE}{f'; did you mean {show_name(path.with_name(near))}?' if near else ''}"
+    beside = path.parent.iterdir() if path.parent.is_dir() else ()
+    if why:  # an ending that all have makes no name near
+        near = find_meant(path.stem, [one.stem for one in beside if one.suffix == path.suffix])
+        near += path.suffix if near else ""
+    else:
+        near = find_meant(path.name, [one.name for one in beside if one.suffix != ".toml"])
+    return f"{why or NO_SUCH_FILE}{f'; did you mean {show_name(path.with_name(near))}?' if near else ''}"
 
 
 def _describe_folder(folder: Path) -> str:
@@ -444,8 +473,8 @@ def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
         yield
     except OSError as error:
         why = "is closed" if is_dash(name) and error.errno == errno.EBADF else error.strerror or error
-        if error.errno == errno.ENOENT and what == PROGRAM:
-            why = _describe_missing(str(name))
+        if error.errno == errno.ENOENT and (what == PROGRAM or _is_place(what)):
+            why = _describe_missing(str(name), "" if what == PROGRAM else error.strerror or "")
         elif error.errno == errno.EISDIR:
             why = _describe_folder(Path(name)) if what == PROGRAM else "is a folder"
         shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)

@@ -22,7 +22,7 @@ from verne_post.cli.numbers import INTEGER, NUMBER, read_numbers
 from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, name_setup, place_options
 from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError, make_input_error
-from verne_post.model.option_checks import check_box, check_work_offsets, find_system
+from verne_post.model.option_checks import check_box, check_work_offsets, find_system, suggest_one
 from verne_post.model.options import OPTIONS, About, Group, Option, Options, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK, Box, OwnStock, WorkOffset, name_system
 
@@ -281,11 +281,30 @@ def _make_option(name: str) -> Callable[..., Any]:
     )
 
 
+class _Choice(click.Choice):  # type: ignore[type-arg]  # generic only since click 8.2
+    """One of some names; says which one is meant."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Check a name.
+
+        Raises
+        ------
+        BadParameter
+        """
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            meant = suggest_one(str(value), self.choices)
+            raise click.BadParameter(
+                (error.message.rstrip(".") if meant else error.message) + meant, ctx, param
+            ) from None
+
+
 def _choose_click_type(option: Option) -> Any:
     """The type of an option for click: a choice, a number, a flag, or text that is parsed here."""
     shown = option.about
     if shown.choices is not None:
-        return click.Choice(shown.choices())
+        return _Choice(shown.choices())
     kinds = [strip_bounds(one)[0] for one in list_alternatives(option.kind) if one is not type(None)]
     if get_origin(kinds[0]) is Literal:
         return click.Choice(get_args(kinds[0]))

@@ -8,7 +8,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_meant
-from verne_post.gcode.calls import find_near_program, spell_program
+from verne_post.gcode.calls import list_near_programs, spell_program
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import UsageError
 
@@ -108,7 +108,7 @@ def _find_meant_numbers(text: Text, known: dict[str, Path]) -> list[str]:
     if not numbers or not _may_call(text):
         return []
     called = {str(one) for one in _list_numbers(text)} - numbers.keys()
-    return [numbers[near] for one in sorted(called) if (near := find_near_program(one, numbers))]
+    return [numbers[near] for one in sorted(called) for near in list_near_programs(one, numbers)]
 
 
 def _list_numbers(text: Text) -> list[int]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Final, Generic, TypeVar
 
-from verne_post.base.suggestions import find_meant_number
+from verne_post.base.suggestions import find_meant_number, list_near_numbers
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import ChunkedText
 
@@ -98,3 +98,10 @@ def find_near_program(number: str, known_numbers: Iterable[str]) -> str:
     numbers = [one.lstrip("0") for one in known_numbers]
     padded_number = find_meant_number(number.zfill(4), [one.zfill(4) for one in numbers])
     return find_meant_number(number, numbers) or padded_number.lstrip("0")
+
+
+def list_near_programs(number: str, known_numbers: Iterable[str]) -> list[str]:
+    """The one number of which another is a slip, else those that one digit tells apart: O1 mostly is the program."""
+    numbers = sorted(known_numbers)
+    near = find_near_program(number, numbers)
+    return list_near_numbers(number, [near] if near else [one for one in numbers if len(one) > len("99")])

@@ -70,6 +70,8 @@ def refuse_missing(what: str, missing: Sequence[tuple[str, str]]) -> ProgramErro
     return ProgramError("VP005", f"{what} needs {names}")
 
 
+#: How the error of a subprogram begins that is read without its caller.
+IS_SUBPROGRAM: Final = "this is a subprogram"
 #: Where a value is given, and a sign of comparison stands.
 DOUBLE_EQUALS: Final = "==: compares, and gives no value; did you mean =?"
 

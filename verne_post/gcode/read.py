@@ -21,6 +21,7 @@ from verne_post.gcode.machining.watcher import place_at_plane, report_kept_plane
 from verne_post.gcode.missing_setup import report_missing_offsets
 from verne_post.gcode.mistyped import UNREADABLE, say_what_is_meant
 from verne_post.gcode.parameters import Parameters
+from verne_post.gcode.program_error import IS_SUBPROGRAM
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.letterless import find_doubts
 from verne_post.gcode.setup import Setup
@@ -269,6 +270,8 @@ def _make_refusal(
 ) -> InputError:
     """The errors of a program, planes kept over a change of tools, and missing offsets where a tool is missing."""
     found = _find_cause(source, errors, dialect, setup)
+    if any(item.message.startswith(IS_SUBPROGRAM) for item in found):  # tools and places are those of its caller
+        found = [item for item in found if not item.settled_by]
     codes = {item.code for item in found}
     holds_plane = setup.machine and any(plane.word for plane in execution.recorder.planes)
     if execution.recorder.count and (holds_plane or codes & {"VP008", "VP012", "VP018"}):

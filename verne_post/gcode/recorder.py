@@ -174,6 +174,7 @@ class Recorder(Struct):
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
     read_tools: set[int] = field(default_factory=set)
+    radius_tools: set[int] = field(default_factory=set)
     planes: list[PlaneCall] = field(default_factory=list)
     speeds: list[tuple[int, int]] = field(default_factory=list)
     turn_feeds: list[tuple[int, int]] = field(default_factory=list)
@@ -640,6 +641,7 @@ class Recorder(Struct):
             needs_tcp_code=self.needs_tcp_code,
             selections=tuple(self.selections),
             read_tools=frozenset(self.read_tools),
+            radius_tools=frozenset(self.radius_tools),
             planes=tuple(self.planes),
             called_lines=self.lines.freeze(),
             speeds=tuple(self.speeds),

@@ -104,7 +104,8 @@ CODES: Final[dict[str, Code]] = _make_table(
      ""),
     ("VP018", "unusable option", "error",
      "An option and the program contradict each other. As a warning: the program and the set-up, a tool table or "
-     "an option give one tool two lengths or diameters. The message names both, and says which one is used.",
+     "an option give one tool two lengths or diameters. The message names both, and says which one is used. Or no "
+     "called tool is among the tool shapes.",
      ""),
     ("VP019", "unreadable tool table", "error",
      "A line of the tool table is not of the form 'T1 P1 Z50 D6 ; remark'.",
@@ -473,9 +474,9 @@ CODES: Final[dict[str, Code]] = _make_table(
      "A speed, feed rate, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not "
      "intended. Most often it is in another unit. It is in the machine file, the command line, the set-up or the "
      "program. Or a rapid goes down below every cut of its tool, mostly to a height with the wrong sign. "
-     "It is an error where a program cuts with 200 mm a turn (G95) or more, and where it exceeds the travel in "
-     "inches but not in mm. Then the limits that the program breaks are not listed. `verne-post explain` names "
-     "those of a line.",
+     "It is an error where a program cuts with 200 mm a turn (G95) or more, where it exceeds the travel in "
+     "inches but not in mm, and where it touches a mesh that fits on the table only in mm. Then the limits that "
+     "the program breaks, or contacts with the mesh, are not listed. `verne-post explain` names limits of a line.",
      "Compare a value of a file with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; "
      "`verne-post machine validate` prints how long moves take. Correct a value of the program there. No action is "
      "needed if the value is meant."),

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from mmap import mmap
 from typing import Any, Final, Literal, get_args
@@ -63,12 +63,27 @@ class Checked(Struct, frozen=True):
     check: Callable[[Any], Any]
 
 
+#: Names of controls -> the dialect that they speak.
+_DIALECTS_OF: Final = {
+    "siemens": ("sinumerik", "840d", "828d"),
+    "heidenhain": ("klartext", "tnc", "itnc"),
+    "rs274": ("linuxcnc", "emc", "emc2", "ngc", "rs274ngc"),
+    "aptcl": ("apt", "cl", "cls"),
+}
+
+
+def suggest_one(value: str, names: Sequence[str]) -> str:
+    """Which of some names is meant, as "; did you mean NAME?"; empty where none is near."""
+    meant = next((one for one, others in _DIALECTS_OF.items() if one in names and value.lower() in others), "")
+    return f"; did you mean {meant}?" if meant else suggest(value, names)
+
+
 def accept_one(names: Callable[[], tuple[str, ...]]) -> Checked:
     """Takes one of some names."""
 
     def check(value: object) -> object:
         if not isinstance(value, str) or value not in names():
-            raise ValueError(f"expected one of {', '.join(names())}{suggest(str(value), names())}")
+            raise ValueError(f"expected one of {', '.join(names())}{suggest_one(str(value), names())}")
         return value
 
     return Checked(check)

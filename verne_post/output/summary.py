@@ -535,20 +535,23 @@ def list_unchecked(machine: Machine, options: Options, events: Sequence[Event]) 
     bodies, none = machine.bodies, [*_list_ignored(events), *list_absent_bodies(options)]
     if not _list_bodies(options):
         return [("NOT CHECKED", "; ".join(none))]
-    used = {number for _change, number in list_tool_changes(events)} or {0}
+    used = {number for _change, number in list_tool_changes(events)} - {0} or {0}  # T0 empties the spindle
     tools = options.tools or {}
     named = name_tools(events)
-    thin = [
-        describe_tool_number(number, named) if number else "the tool"
+    shapeless = {
+        number: describe_tool_number(number, named) if number else "the tool"
         for number in sorted(used)
-        if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)
-    ]
+        if number not in options.tool_shapes
+    }
+    thin = [name for number, name in shapeless.items() if not (number in tools and tools[number].diameter > 0)]
     has_rods = machine.has_rods
     unknown = ["spindle"] if bodies is None or bodies.spindle_radius is None else []
     unknown += ["platform"] if has_rods and (bodies is None or bodies.platform is None) else []
     unknown += ["rods"] if has_rods and (bodies is None or bodies.rod_radius is None) else []
     missing = [f"{', '.join(unknown)}: the machine file has no size"] if unknown else []
     missing += [f"the width of {', '.join(thin)}: without a diameter it is a line"] if thin else []
+    if options.tool_shapes and shapeless:
+        missing.append(f"shank and holder of {', '.join(shapeless.values())}: not among the tool shapes")
     return [("NOT CHECKED", "; ".join([*none, *missing]))] if none or missing else []
 
 

@@ -168,13 +168,15 @@ def _find_radius(piece: Piece, height: float) -> float:
     return low
 
 
-def check_tool(name: str, shape: ToolShape, length: float, diameter: float) -> None:
+def check_tool(name: str, shape: ToolShape, length: float, diameter: float, place: str = "") -> None:
     """Refuse a tool whose parts are longer than it is, or whose cutter is another one than the tool table has.
 
     Parameters
     ----------
     length, diameter : float
         Of the tool table or as the program has them, mm; diameter 0: not known.
+    place : str
+        Where the set-up gives the diameter; empty where the tool table does.
 
     Raises
     ------
@@ -183,14 +185,14 @@ def check_tool(name: str, shape: ToolShape, length: float, diameter: float) -> N
     """
     parts = sum(one.length or 0.0 for one in shape)
     if parts > length + LIMIT_SLACK_MM:
-        text = f"{name}: its parts in --tool-shapes are {parts:g} mm long, but its length is {length:g}"
+        text = f"{name}: its parts among the tool shapes are {parts:g} mm long, but its length is {length:g}"
         raise make_input_error("VP018", text)
     if shape and diameter > 0:
         sizes = [shape[0].diameter, shape[0].widest]
         if min(abs(size - diameter) for size in sizes) > DIAMETER_SLACK_MM:
             text = (
-                f"{name}: its cutter in --tool-shapes is {sizes[0]:g} mm thick, but its diameter in the tool table is "
-                f"{diameter:g}"
+                f"{name}: its cutter among the tool shapes is {sizes[0]:g} mm thick, but its diameter in "
+                f"{place or 'the tool table'} is {diameter:g}"
             )
             raise make_input_error("VP018", text)
 

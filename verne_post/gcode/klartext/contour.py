@@ -263,6 +263,7 @@ class KlartextContour:
             text = f"the radius of {name} is not known{wear}; {how}, or TOOL DEF with L and R"
             key = find_tool_key(number, "diameter", state.tool_names)
             raise ProgramError("VP012", text, about=name, settled_by=key)
+        self.core.recorder.radius_tools.add(number)
         radius = 0.5 * tool.diameter + self.delta_radius
         if radius <= 0:
             name = describe_tool_number(number, state.tool_names)

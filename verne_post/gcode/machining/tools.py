@@ -348,6 +348,7 @@ class Tools:
             place = f": the set-up lacks {given}.diameter, mm" if given else " in the set-up, or the tool table"
             raise at.error("VP012", f"{name} has no diameter{place}{later}", "D", name, key)
         self.recorder.read_tools.add(number)
+        self.recorder.radius_tools.add(number)
         return tool.diameter
 
     def report_stand_in(self, at: At) -> ProgramError | None:

@@ -12,7 +12,7 @@ from typing import Final
 from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import find_meant, list_near_numbers, name_numbers
 from verne_post.gcode.block import Block, OWord
-from verne_post.gcode.calls import CallStack, find_near_program, spell_program
+from verne_post.gcode.calls import CallStack, list_near_programs, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_FILE, ProgramError, locate_errors, write_numbers
 from verne_post.gcode.repeats import Repeats
@@ -387,7 +387,7 @@ class Flow:
         near = [] if repeats else self._find_near_programs(label)
         files = [] if repeats or near else self._find_near_files(label)
         edits = self._write_numbers(near or files, label, "P", self.calls.line - 1) if self._is_in_main else ()
-        if len(near) == 1 and self._is_called(near[0]):  # it is meant elsewhere
+        if len(near or files) == 1 and self._is_called((near or files)[0]):  # it is meant elsewhere
             edits = tuple(dataclasses.replace(one, is_choice=True) for one in edits)
         head, edits_of_head = ("", ()) if repeats else self._find_head(label, near)
         if head:
@@ -445,10 +445,9 @@ class Flow:
         return write_numbers([one.zfill(4) for one in numbers], f"{match[1]}{number}", letter, line)
 
     def _find_near_files(self, label: str) -> list[str]:
-        """The number of a file beside the program of which another number is a slip."""
-        files = self.interpreter.setup.subroutines
-        near = find_near_program(label, (one.removeprefix("o") for one in files if one.removeprefix("o").isdecimal()))
-        return [near] if near else []
+        """Numbers of files beside the program of which another number may be a slip."""
+        files = (one.removeprefix("o") for one in self.interpreter.setup.subroutines)
+        return list_near_programs(label, {one.lstrip("0") for one in files if one.isdecimal()})
 
     @property
     def _is_in_main(self) -> bool:
@@ -463,6 +462,4 @@ class Flow:
             for one, line in text.structure.programs.items()
             if not (text is main and main.is_head(line))
         }
-        near = find_near_program(label, numbers)
-        # O1 mostly is the program itself
-        return list_near_numbers(label, [near] if near else sorted(one for one in numbers if len(one) > len("99")))
+        return list_near_programs(label, numbers)

@@ -319,6 +319,7 @@ def build_moving(machine: Machine, path: ToolPath, moves: Moves, options: Option
             shape,
             in_force if np.isnan(by_itself) else by_itself,
             0.0 if table is None else table.diameter,
+            "" if table is None or not table.key else f"{table.key} of the set-up",
         )
     return Moving(shapes, lengths, index, machine)
 
