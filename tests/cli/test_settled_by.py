@@ -74,6 +74,17 @@ def test_a_contact_is_told_with_the_height_that_clears_it(
     assert run("check", "c.nc").code == 0
 
 
+@pytest.mark.parametrize("moves", ["G0 Z40\nX30\nZ6", "G0 X60\nG0 X30 Z20\nG0 X28"])
+def test_a_retract_is_not_offered_where_the_contact_would_stay(
+    moves: str, write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    """Of a plunge into the jaw, and of a contact that goes on in the next line."""
+    write("c.nc", MILLED.replace("G0 X60", moves).replace("G1 X90", ""), SETUP.format(10) + JAW)
+    refused = run("check", "c.nc").out
+    assert "VP215 error: the cutter" in refused
+    assert "a retract before it" not in refused
+
+
 def test_a_diameter_that_is_not_known_is_not_invented(write: Callable[..., None], run: Callable[..., Any]) -> None:
     """Nor is anything told that would follow from its width, such as a slot that is too narrow."""
     slot = MILLED.replace("G0 X60\n", "G41 D1 G1 X0 Y20\nX30\nY20.4\nX0\nG40 Y60\n")

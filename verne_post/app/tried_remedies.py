@@ -245,7 +245,8 @@ def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, of
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
-    if item.code == "VP215" and (own := _find_line(program, joints, item.line, source)) is not None:
+    is_of_line = item.code == "VP215" and item.last_line == item.line  # a line alone is lifted
+    if is_of_line and (own := _find_line(program, joints, item.line, source)) is not None:
         for text in propose_lift(own, [item]):
             yield Remedy(f"line {own.number} alone: {text}")
     if offset.value and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
