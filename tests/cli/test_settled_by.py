@@ -159,3 +159,35 @@ def test_a_retract_is_not_cured_by_a_retract(write: Callable[..., None], run: Ca
     assert "a retract before it" not in shown
     write("r.nc", head.format("G0 X-40"), setup)
     assert "a retract before it" in run("explain", "r.nc:8").out
+
+
+WING = "UNITS/MM\nMULTAX/ON\nLOADTL/5\nSPINDL/9000,RPM,CLW\nRAPID\nGOTO/-30,0,5,0,0,1\nFEDRAT/600,MMPM\n"
+BLADE = 'G17 G54 G90 G94 G710\nT="B" D1\nM6\nS900 M3\nTRAORI\nG0 X-30 Y0 Z30 A0 C0\nG1 X0 Y2.5 Z6.2 A10 C4 F800\n'
+
+
+@pytest.mark.parametrize(
+    ("name", "machine", "program", "said"),
+    [
+        ("w.cls", "hexapod", f"{WING}GOTO/-15,1,0.5,0.087156,0,-0.996195\nFINI\n", "k 0.996195 in line 8"),
+        (
+            "p.cls",
+            "ac_trunnion",
+            f"{WING}GOTO/20,0,0,0,0.173648,-0.984808\nGOTO/0,0,0,0,0,1\nGOTO/20,20,60,0,0.173648,-0.984808\nFINI\n",
+            "k 0.984808 in lines 8 and 10",
+        ),
+        ("b.mpf", "verne", f"{BLADE}X10 Y2 Z6 A3=0.2 B3=0 C3=-0.98\nG0 Z40\nM30\n", "C3 0.98 in line 8"),
+        # tilts that the machine has not: 70 degrees, and 100 degrees, which the other sign makes 80
+        ("f.cls", "hexapod", f"{WING}GOTO/-15,1,0.5,0.939693,0,0.342020\nFINI\n", ""),
+        ("g.cls", "hexapod", f"{WING}GOTO/-15,1,0.5,0.984808,0,-0.173648\nFINI\n", ""),
+    ],
+)
+def test_a_flipped_tool_axis_is_named_first(
+    name: str, machine: str, program: str, said: str, write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    """Less tilt, or four angles of struts, hid it."""
+    write(name, program, '[wcs]\nG54 = [0, 0, 100]\n[tools]\n5 = { length = 80 }\n"B" = { length = 85 }\n')
+    told = run("check", name, "--machine", machine).out
+    assert "refused: 1 error" in told
+    tried = [line.strip() for line in told.splitlines() if "tried:" in line]
+    assert (tried == [f"= tried: within limits with {said}: is the sign wrong?"]) == bool(said)
+    assert ("is the sign wrong?" in told) == bool(said)
