@@ -191,3 +191,16 @@ def test_a_flipped_tool_axis_is_named_first(
     tried = [line.strip() for line in told.splitlines() if "tried:" in line]
     assert (tried == [f"= tried: within limits with {said}: is the sign wrong?"]) == bool(said)
     assert ("is the sign wrong?" in told) == bool(said)
+
+
+def test_no_branch_is_offered_that_turns_an_axis_far_within_a_feed_line(
+    write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    """With B40 C-165 before and B-15 C-170 there, C turned by 175 degrees within one feed line."""
+    moves = "L X-10 Y+0 Z+0.5 B+5 C+0 F1200\nL X+0 Y+1 Z+1 B+10 C+5\nL X+10 Y+2 Z+0.5 B+15 C+10"
+    head = "BEGIN PGM P MM\nTOOL CALL 5 Z S9000\nM3\nL Z+80 R0 FMAX\nL B+0 C+0 R0 FMAX\nM128\nL X-20 Y+0 Z+0 FMAX"
+    end = "L X+20 Y+3 Z+0 B-40 C+15\nL Z+60 FMAX\nL B+0 C+0 FMAX\nM129\nM30\nEND PGM P MM\n"
+    write("p.h", f"{head}\n{moves}\n{end}", SETUP.format(6).replace("1 =", "5 ="))
+    refused = run("check", "p.h", "--machine", "b_head_c_table").out
+    assert "instead of B -40, tip and C as they are" in refused
+    assert "the other rotary solution" not in refused

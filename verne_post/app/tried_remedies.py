@@ -84,6 +84,8 @@ _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
 }
 #: So many places of a lost point are tried, each as long as a check.
 _POINTS_TRIED: Final = 3
+#: An edit that lets a rotary axis turn so far within a feed line, rad, which turned less, is no remedy.
+_WIDE: Final = 0.5 * np.pi
 #: Cosine between a tool axis and the one before it where its sign was wrong: 60 degrees.
 _NEAR_AXIS: Final = 0.5
 #: So many of the places that were tried in vain are named.
@@ -345,6 +347,8 @@ def build_trial(source: Text, program: Program, line: Line) -> Trial:
             lines[word.line - 1] = changed.encode()
         try:
             made = assemble(b"\n".join(lines), program.machine, program.options, program.team)
+            if not _list_wide_turns(made) <= _list_wide_turns(program):
+                return False
             if len(program.contour) > TRIED_ELEMENTS:
                 return not _list_errors(check_line(made, select_line(guard_joints(made), line.number), line.number))
             after = check_program(made, only_lines=True)[1]
@@ -355,6 +359,13 @@ def build_trial(source: Text, program: Program, line: Line) -> Trial:
         return is_mended and _list_places(after) <= before[0]
 
     return holds
+
+
+def _list_wide_turns(program: Program) -> set[int]:
+    """Lines of feed moves in which a rotary axis turns by more than a right angle."""
+    path = program.path
+    turn = np.abs(path.end[:, 3:] - path.start[:, 3:]).max(axis=1, initial=0.0)
+    return set(path.line[(path.feed_time > 0.0) & (turn > _WIDE)].tolist())
 
 
 def _list_places(findings: Sequence[Finding]) -> set[tuple[object, ...]]:
