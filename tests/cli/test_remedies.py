@@ -395,14 +395,14 @@ def test_a_small_move_is_proposed_on_and_beside_an_axis_of_symmetry(tmp_path: Pa
 #: A tool axis beyond the travel of the tilt in each language: name, program, the line, what stands between its numbers.
 VECTORS = [
     ("a.cls", "UNITS/MM\nMULTAX/ON\nLOADTL/1\nSPINDL/RPM,8000,CLW\nRAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/MMPM,500\n"
-     "GOTO/10,4,8,0.3,0.15,-0.942072\nGOTO/10,4,50,0,0,1\nFINI\n", 8, ("", ",", ",")),
+     "GOTO/10,4,8,0.84,0.42,-0.342\nGOTO/10,4,50,0,0,1\nFINI\n", 8, ("", ",", ",")),
     ("a.mpf", "G17 G71 G90\nT1 D1\nM6\nTRAORI\nG54\nS8000 M3\nG0 X0 Y0 Z60 A3=0 B3=0 C3=1\nG1 Z20 F500\n"
-     "X10 Y4 Z8 A3=0.3 B3=0.15 C3=-0.942072\nX10 Y4 Z50 A3=0 B3=0 C3=1\nM30\n", 9, ("A3=", " B3=", " C3=")),
+     "X10 Y4 Z8 A3=0.84 B3=0.42 C3=-0.342\nX10 Y4 Z50 A3=0 B3=0 C3=1\nM30\n", 9, ("A3=", " B3=", " C3=")),
     ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 M3\n3 M128\n4 L X+0 Y+0 Z+60 A+0 C+0 R0 FMAX\n"
-     "5 LN X+10 Y+4 Z+8 TX+0.3 TY+0.15 TZ-0.942072 F500\n6 LN X+10 Y+4 Z+50 TX+0 TY+0 TZ+1\n7 M30\n"
+     "5 LN X+10 Y+4 Z+8 TX+0.84 TY+0.42 TZ-0.342 F500\n6 LN X+10 Y+4 Z+50 TX+0 TY+0 TZ+1\n7 M30\n"
      "8 END PGM A MM\n", 6, ("TX+", " TY+", " TZ")),
     ("a.nc", "%\nO1\nG17 G21 G90\nT1 M6\nG54\nS8000 M3\nG43.5 H1\nG0 X0. Y0. Z60. I0. J0. K1.\n"
-     "G1 X10. Y4. Z8. I0.3 J0.15 K-0.942072 F500.\nX10. Y4. Z50. I0. J0. K1.\nM30\n%\n", 9, ("I", " J", " K")),
+     "G1 X10. Y4. Z8. I0.84 J0.42 K-0.342 F500.\nX10. Y4. Z50. I0. J0. K1.\nM30\n%\n", 9, ("I", " J", " K")),
 ]  # fmt: skip
 
 

@@ -74,6 +74,17 @@ def test_a_contact_is_told_with_the_height_that_clears_it(
     assert run("check", "c.nc").code == 0
 
 
+@pytest.mark.parametrize("moves", ["G0 Z40\nX30\nZ6", "G0 X60\nG0 X30 Z20\nG0 X28"])
+def test_a_retract_is_not_offered_where_the_contact_would_stay(
+    moves: str, write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    """Of a plunge into the jaw, and of a contact that goes on in the next line."""
+    write("c.nc", MILLED.replace("G0 X60", moves).replace("G1 X90", ""), SETUP.format(10) + JAW)
+    refused = run("check", "c.nc").out
+    assert "VP215 error: the cutter" in refused
+    assert "a retract before it" not in refused
+
+
 def test_a_diameter_that_is_not_known_is_not_invented(write: Callable[..., None], run: Callable[..., Any]) -> None:
     """Nor is anything told that would follow from its width, such as a slot that is too narrow."""
     slot = MILLED.replace("G0 X60\n", "G41 D1 G1 X0 Y20\nX30\nY20.4\nX0\nG40 Y60\n")
@@ -148,3 +159,48 @@ def test_a_retract_is_not_cured_by_a_retract(write: Callable[..., None], run: Ca
     assert "a retract before it" not in shown
     write("r.nc", head.format("G0 X-40"), setup)
     assert "a retract before it" in run("explain", "r.nc:8").out
+
+
+WING = "UNITS/MM\nMULTAX/ON\nLOADTL/5\nSPINDL/9000,RPM,CLW\nRAPID\nGOTO/-30,0,5,0,0,1\nFEDRAT/600,MMPM\n"
+BLADE = 'G17 G54 G90 G94 G710\nT="B" D1\nM6\nS900 M3\nTRAORI\nG0 X-30 Y0 Z30 A0 C0\nG1 X0 Y2.5 Z6.2 A10 C4 F800\n'
+
+
+@pytest.mark.parametrize(
+    ("name", "machine", "program", "said"),
+    [
+        ("w.cls", "hexapod", f"{WING}GOTO/-15,1,0.5,0.087156,0,-0.996195\nFINI\n", "k 0.996195 in line 8"),
+        (
+            "p.cls",
+            "ac_trunnion",
+            f"{WING}GOTO/20,0,0,0,0.173648,-0.984808\nGOTO/0,0,0,0,0,1\nGOTO/20,20,60,0,0.173648,-0.984808\nFINI\n",
+            "k 0.984808 in lines 8 and 10",
+        ),
+        ("b.mpf", "verne", f"{BLADE}X10 Y2 Z6 A3=0.2 B3=0 C3=-0.98\nG0 Z40\nM30\n", "C3 0.98 in line 8"),
+        # tilts that the machine has not: 70 degrees, and 100 degrees, which the other sign makes 80
+        ("f.cls", "hexapod", f"{WING}GOTO/-15,1,0.5,0.939693,0,0.342020\nFINI\n", ""),
+        ("g.cls", "hexapod", f"{WING}GOTO/-15,1,0.5,0.984808,0,-0.173648\nFINI\n", ""),
+    ],
+)
+def test_a_flipped_tool_axis_is_named_first(
+    name: str, machine: str, program: str, said: str, write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    """Less tilt, or four angles of struts, hid it."""
+    write(name, program, '[wcs]\nG54 = [0, 0, 100]\n[tools]\n5 = { length = 80 }\n"B" = { length = 85 }\n')
+    told = run("check", name, "--machine", machine).out
+    assert "refused: 1 error" in told
+    tried = [line.strip() for line in told.splitlines() if "tried:" in line]
+    assert (tried == [f"= tried: within limits with {said}: is the sign wrong?"]) == bool(said)
+    assert ("is the sign wrong?" in told) == bool(said)
+
+
+def test_no_branch_is_offered_that_turns_an_axis_far_within_a_feed_line(
+    write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    """With B40 C-165 before and B-15 C-170 there, C turned by 175 degrees within one feed line."""
+    moves = "L X-10 Y+0 Z+0.5 B+5 C+0 F1200\nL X+0 Y+1 Z+1 B+10 C+5\nL X+10 Y+2 Z+0.5 B+15 C+10"
+    head = "BEGIN PGM P MM\nTOOL CALL 5 Z S9000\nM3\nL Z+80 R0 FMAX\nL B+0 C+0 R0 FMAX\nM128\nL X-20 Y+0 Z+0 FMAX"
+    end = "L X+20 Y+3 Z+0 B-40 C+15\nL Z+60 FMAX\nL B+0 C+0 FMAX\nM129\nM30\nEND PGM P MM\n"
+    write("p.h", f"{head}\n{moves}\n{end}", SETUP.format(6).replace("1 =", "5 ="))
+    refused = run("check", "p.h", "--machine", "b_head_c_table").out
+    assert "instead of B -40, tip and C as they are" in refused
+    assert "the other rotary solution" not in refused

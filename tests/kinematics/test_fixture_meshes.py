@@ -49,6 +49,8 @@ CASES: dict[str, tuple[str, Corners, Corners, dict[str, Any]]] = {
     "a face that is touched": (PAST, (-3.0, -9.0, 0.0), (3.0, 9.0, 30.0), {}),
     "a wall that is slid along": (PAST.replace("X", "Y").replace("Y0", "X0"), (6.0, -50.0, 0.0), (40.0, 50.0, 60.0),
                                   {}),
+    "a plunge that goes on from one above it": ("G21 G90 G64 P0.01\nG0 X0 Y0 Z60 A0 C0\nZ40\nZ20\nM2\n",
+                                                (-3.0, -2.0, 0.0), (3.0, 2.0, 33.0), {}),
     "turned with the part": (PAST, (-20.0, -9.0, 0.0), (-10.0, 9.0, 60.0),
                              {"system": 1, "wcs": {"G54": (9, 2, 0, 30)}}),
 }  # fmt: skip

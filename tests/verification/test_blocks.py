@@ -4,18 +4,21 @@ ones.
 
 from collections.abc import Callable, Iterable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.verify import verify_setpoints
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.trajectory.sample import BLOCK_ROWS
+from verne_post.verification import one_line
 
 from ..builders import MACHINE, OPTIONS
-from .test_verifier import Table, made, program
+from .test_verifier import Table, made, program, verify_rows
 
 # lines: 2 start, 4 four circles and 7 three dwells and moves of one line each, 9 back, 10 an arc of several turns
 LOOPS = program("""G0 X0 Y0 Z24 A0 C0
@@ -227,6 +230,25 @@ def test_moves_of_one_line_without_a_stop_between_them(word: str) -> None:
         first, last = np.flatnonzero(of_move == number)[[0, -1]].tolist()
         for spoil in (deleted, repeated, exchanged):
             assert verdict(asked, *spoil(values, line, first, last), [first])
+
+
+def test_rows_that_are_off_everywhere_are_not_placed_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each took several trials: a wrong work offset made the check a hundred times as long."""
+    moves = "\n".join(f"o10 call [{x}] [{y}]" for x, y, *_turned in map(str.split, MOVES))
+    source = program(f"G0 X0 Y0 Z24 A0 C0\nF600 G64 P.01\no10 sub\nG1 X#1 Y#2\no10 endsub\n{moves}\nG0 Z25")
+    values, line = made(source, OPTIONS.changed(wcs={1: WorkOffset((0.0, 0.0, 101.0))}))
+    asked: list[int] = []
+
+    def count(*args: Any) -> Any:
+        asked.append(1)
+        return choose(*args)
+
+    choose = one_line._choose
+    monkeypatch.setattr(one_line, "_choose", count)
+    right = OPTIONS.changed(wcs={1: WorkOffset((0.0, 0.0, 100.0))})
+    found = verify_rows(source, values, line, right).findings
+    assert any("off by X0.000 Y0.000 Z1.000 mm on the table" in one.message for one in found)
+    assert 0 < len(asked) < len(line) / 10
 
 
 # lines: 9, 10, 12 and 14 call line 5, and between the last three there are moves shorter than the way from row to row

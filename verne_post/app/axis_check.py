@@ -19,6 +19,7 @@ _AGREES: Final = 0.9962
 _DIFFERS: Final = 0.866
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
 _ASIDE: Final = 5.0
+#: What the components of a tool axis are called, by language; else I, J, K.
 _NAMES: Final = {"siemens": ("A3", "B3", "C3"), "heidenhain": ("TX", "TY", "TZ"), "aptcl": ("i", "j", "k")}
 
 
@@ -37,7 +38,7 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
             if found is not None:
                 found = add_line(found, line)
                 continue
-            name = _NAMES.get(moves.language, ("I", "J", "K"))[component]
+            name = name_component(moves.language, component)
             text = (
                 f"the tool axis of this cut is that of the cuts before and after it, but for the sign of {name} "
                 f"({axis[at, component] + 0.0:.4g}): is the other sign meant?"
@@ -45,6 +46,11 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
             found = make_finding("VP056", text, line=line, last_line=line, worst_line=line)
     if found is not None:
         yield found
+
+
+def name_component(language: str, component: int) -> str:
+    """The word of a component of the tool axis."""
+    return _NAMES.get(language, ("I", "J", "K"))[component]
 
 
 def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:

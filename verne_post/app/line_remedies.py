@@ -313,8 +313,8 @@ def propose_lift(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     direction = line.joints.machine.coordinates.turn_displacement(np.eye(3), line.frame)[2]
     tips, _angles = line.exact.pose(line.exact.contour, np.array([0, 0]), np.array([0.0, 1.0]))
     way = tips[1] - tips[0]
-    if np.abs(np.cross(way, direction)).max() < ZERO_LENGTH_MM < way @ direction:
-        return  # it is a retract itself, and another one before it touches the same
+    if np.abs(np.cross(way, direction)).max() < ZERO_LENGTH_MM:
+        return  # a retract touches the same after another one, and lifted, one that goes down does not get there
     lift = remedies.find_least_lift(line.exact, direction)
     if lift is not None:
         unit, scale = line.unit

@@ -12,6 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
+from verne_post.app.axis_check import name_component
 from verne_post.app.constraints import check_line, check_program, guard_joints
 from verne_post.app.contact_remedies import TRIED_ELEMENTS, propose_heights
 from verne_post.app.explain_numbers import format_list, format_number
@@ -34,6 +35,7 @@ from verne_post.base.program_lines import (
     find_machine_code,
     find_word,
     find_word_of,
+    flip_component,
     read_number,
 )
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -49,7 +51,7 @@ from verne_post.kinematics.checks.remedies import (
     select_line,
 )
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, InputError, Remedy, has_line, make_finding
+from verne_post.model.findings import Finding, InputError, Remedy, has_line, join_lines, make_finding
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
@@ -82,6 +84,10 @@ _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
 }
 #: So many places of a lost point are tried, each as long as a check.
 _POINTS_TRIED: Final = 3
+#: An edit that lets a rotary axis turn so far within a feed line, rad, which turned less, is no remedy.
+_WIDE: Final = 0.5 * np.pi
+#: Cosine between a tool axis and the one before it where its sign was wrong: 60 degrees.
+_NEAR_AXIS: Final = 0.5
 #: So many of the places that were tried in vain are named.
 _NAMED_PLACES: Final = 4
 
@@ -105,6 +111,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     is_short = len(program.contour) <= TRIED_ELEMENTS
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
     meant = find_meant_motion(source, program, findings)
+    if is_short and meant is None:
+        meant = _find_flipped_axis(source, program, errors)
     can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
     before = [] if meant is None else list_errors_before(program, errors, meant)
     in_inches = _find_mistaken_unit(source, program, errors)
@@ -245,7 +253,8 @@ def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, of
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
-    if item.code == "VP215" and (own := _find_line(program, joints, item.line, source)) is not None:
+    is_of_line = item.code == "VP215" and item.last_line == item.line  # a line alone is lifted
+    if is_of_line and (own := _find_line(program, joints, item.line, source)) is not None:
         for text in propose_lift(own, [item]):
             yield Remedy(f"line {own.number} alone: {text}")
     if offset.value and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
@@ -338,6 +347,8 @@ def build_trial(source: Text, program: Program, line: Line) -> Trial:
             lines[word.line - 1] = changed.encode()
         try:
             made = assemble(b"\n".join(lines), program.machine, program.options, program.team)
+            if not _list_wide_turns(made) <= _list_wide_turns(program):
+                return False
             if len(program.contour) > TRIED_ELEMENTS:
                 return not _list_errors(check_line(made, select_line(guard_joints(made), line.number), line.number))
             after = check_program(made, only_lines=True)[1]
@@ -348,6 +359,13 @@ def build_trial(source: Text, program: Program, line: Line) -> Trial:
         return is_mended and _list_places(after) <= before[0]
 
     return holds
+
+
+def _list_wide_turns(program: Program) -> set[int]:
+    """Lines of feed moves in which a rotary axis turns by more than a right angle."""
+    path = program.path
+    turn = np.abs(path.end[:, 3:] - path.start[:, 3:]).max(axis=1, initial=0.0)
+    return set(path.line[(path.feed_time > 0.0) & (turn > _WIDE)].tolist())
 
 
 def _list_places(findings: Sequence[Finding]) -> set[tuple[object, ...]]:
@@ -431,6 +449,47 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
                 said = f"within limits if line {start} {there} {letter} {value} instead of {word[2].rstrip('.')}"
                 return Remedy(said, value, line=start, word=one.word)
     return None
+
+
+def _find_flipped_axis(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+    """The tool axis of the first line of errors with the sign of one component that it may have lost; checked with it.
+
+    It leads away from the axis before by more than a right angle, and with the other sign by less than 60 degrees.
+    """
+    moves, number = program.moves, min(item.line or 0 for item in errors)
+    own = np.flatnonzero(moves.line == number)
+    if not len(own) or not np.isfinite(moves.tool_axis[own[-1]]).all():
+        return None
+    axis, before = moves.tool_axis[own[-1]], _find_axis(program, int(own[0]) - 1)
+    lines = bytes(source).split(b"\n")
+    for component in range(3) if axis @ before < 0.0 else ():
+        other = np.where(np.arange(3) == component, -axis, axis)
+        text = lines[number - 1].decode("utf-8", errors="replace")
+        flipped = flip_component(text, moves.language, component)
+        if flipped is None or other @ before < _NEAR_AXIS:
+            continue
+        said, right, value = flipped
+        alike = [at for at in range(number, len(lines) + 1) if said.encode() in lines[at - 1]]
+        changed = [one.replace(said.encode(), right.encode()) for one in lines[number - 1 :]]
+        if _is_right_with(b"\n".join([*lines[: number - 1], *changed]), program):
+            name = name_component(moves.language, component)
+            told = f"within limits with {name} {value} in {join_lines(alike)}: is the sign wrong?"
+            if len(alike) > 1:  # an edit is of one line
+                return Remedy(told, line=number)
+            return Remedy(told, right, line=number, misspelt=said, turns=True, is_choice=True)
+    return None
+
+
+def _find_axis(program: Program, row: int) -> Array:
+    """The tool axis (3,) at the end of a move, program directions; upright before the first one."""
+    moves = program.moves
+    if row < 0:
+        return np.array([0.0, 0.0, 1.0])
+    if np.isfinite(moves.tool_axis[row]).all():
+        return moves.tool_axis[row]
+    frame = moves.frames[moves.frame[row]]
+    axis = program.machine.coordinates.find_tool_axis(moves.end[row].tolist(), frame)
+    return np.array([0.0, 0.0, 1.0]) if axis is None else axis
 
 
 def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -123,16 +123,38 @@ def add_angle(line: str, letter: str, value: str) -> str | None:
 
 def change_vector(line: str, language: str, vector: Iterable[float]) -> tuple[str, str] | None:
     """The words of a tool axis as they stand in a line, and with another one; None where it is not written out."""
+    words = _find_vector(line, language)
+    numbers = (f"{round(value, 7) + 0.0:.7f}".rstrip("0").rstrip(".") for value in vector)
+    right = [write_like(line[first:last], number) for (_, first, last), number in zip(words, numbers, strict=False)]
+    return _write_vector(line, words, right)
+
+
+def flip_component(line: str, language: str, component: int) -> tuple[str, str, str] | None:
+    """The words of a tool axis in a line, and with the other sign of one component, and its number then; or None."""
+    words = _find_vector(line, language)
+    right = [line[first:last] for _, first, last in words]
+    if len(right) < 3:
+        return None
+    now = right[component]
+    right[component] = now[1:] if now.startswith("-") else f"-{now.lstrip('+')}"
+    changed = _write_vector(line, words, right)
+    return None if changed is None else (*changed, right[component])
+
+
+def _find_vector(line: str, language: str) -> list[tuple[int, int, int]]:
+    """Where the words of a tool axis begin, and where their numbers begin and end."""
     if language == "aptcl":
         found = _GOTO.search(remove_remarks(line, language))
-        words = [] if found is None else [(found.start(group), *found.span(group)) for group in (1, 2, 3)]
-    else:
-        letters = (find_word(line, letter) for letter in _VECTOR_LETTERS.get(language, "IJK"))
-        words = [(word.start(), *word.span(2)) for word in letters if word is not None]
+        return [] if found is None else [(found.start(group), *found.span(group)) for group in (1, 2, 3)]
+    letters = (find_word(line, letter) for letter in _VECTOR_LETTERS.get(language, "IJK"))
+    return [(word.start(), *word.span(2)) for word in letters if word is not None]
+
+
+def _write_vector(line: str, words: Sequence[tuple[int, int, int]], numbers: Sequence[str]) -> tuple[str, str] | None:
+    """The words of a tool axis as they stand, and with other numbers."""
     if len(words) < 3:
         return None
     begin, end, changed = min(word[0] for word in words), max(word[2] for word in words), line
-    for (_start, first, last), value in sorted(zip(words, vector, strict=True), reverse=True):
-        number = f"{round(value, 7) + 0.0:.7f}".rstrip("0").rstrip(".")
-        changed = f"{changed[:first]}{write_like(line[first:last], number)}{changed[last:]}"
+    for (_start, first, last), number in sorted(zip(words, numbers, strict=True), reverse=True):
+        changed = f"{changed[:first]}{number}{changed[last:]}"
     return line[begin:end], changed[begin : len(changed) - len(line) + end]

@@ -17,6 +17,8 @@ from verne_post.toolpath.evaluate import evaluate_pose
 #: A great circle never turns C by half a turn, only by nearly as much. One that comes so near to it passes the pole
 #: within a hundredth of the tilt at its ends: a post cannot mean the small difference from an axis through the pole.
 _NEARLY_HALF_TURN: Final = np.radians(179.0)
+#: A turn by more, deg, the other way is no cure: the word itself is in doubt.
+_NEAR: Final = 90.0
 #: Chords in which the direction of arcs and splines is followed.
 _CHORDS: Final = 32
 
@@ -79,17 +81,19 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
         short = float(np.degrees(wrap_angle(np.radians(turn))))
         short = 0.0 if abs(short) <= np.degrees(ZERO_ANGLE) else short
         right = f"{letter}{_name_angle(after - turn + short)}"
+        is_near = abs(short) <= _NEAR
         text = (
             f"{what}, and the tilted tool sweeps around with it; {right}, {_name_angle(abs(short))} deg away, holds "
-            "the same tool axis"
+            f"the same tool axis{'' if is_near else f', and turns hardly less: is another {letter} meant?'}"
         )
         then = ""
-        if last := _find_last_to_turn(path, first, (short - turn) / factor):
+        if is_near and (last := _find_last_to_turn(path, first, (short - turn) / factor)):
             then = f"then add {short - turn:.6g} deg to {letter} in the lines up to {last} too"
-            text += f"; {then}"
-        if not path.free[first]:
+        if is_near and not path.free[first]:
             advice = f"Write {right} in line {line}{then and f'; {then}'}."
             advice += f" Check again: {letter} of the other lines follows from it." if len(lines) > 1 else ""
+        elif then:
+            text += f"; {then}"
     where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "count": len(rows)}
     where["lines"] = lines if len(lines) > 1 else ()
     return make_finding("VP301", text, severity="warning", advice=advice, **where)

@@ -26,6 +26,8 @@ _TOLERANCES: Final = 8.0
 _LONGER: Final = 0.3
 #: Rows farther than so many bounds from what was chosen for them show that the choice has gone astray.
 _NEAR: Final = 2.0
+#: After so many single rows that are no nearer, rows are placed together again: they are not on this path.
+_ASTRAY: Final = 8
 #: Costs of a candidate, in mm by which the way to it differs from the row's step: per mm of the step at the bound of
 #: the tolerance, and per bound that it is beyond. Random programs of one line: below 16, acute corners are left too
 #: late; 1 and 100 beyond the bound place alike.
@@ -54,7 +56,7 @@ def place_rows(
         items.joint_length_before[item + 1] - items.joint_length_before[item]
     )
     result = np.empty(len(q), dtype=np.int64)
-    begin, count = 0, _TOGETHER
+    begin, count, astray = 0, _TOGETHER, 0
     while begin < len(q):
         some = q[begin : begin + count]
         tip, angles, _axis, _ok = forward(some, np.full(len(some), path.tool_length[items.segment[item]]))
@@ -62,9 +64,10 @@ def place_rows(
         measured = Measured(some, tip, angles, by_axis)
         step = measure_rows(np.diff(_find_motion(now, by_axis), axis=0, prepend=_find_motion(pose[None], by_axis)))
         chosen, places, near = _choose(reference, measured, place, step, item, end)
-        if not near and len(some) > 1:  # what is expected has gone astray: fewer at a time
+        if not near and len(some) > 1 and astray < _ASTRAY:  # what is expected has gone astray: fewer at a time
             count = max(len(some) // 4, 1)
             continue
+        astray = 0 if near else astray + 1
         # what comes next decides too: only a part of them is settled
         settled = len(some) if begin + len(some) == len(q) else max(len(some) * 3 // 4, 1)
         result[begin : begin + settled] = chosen[:settled]

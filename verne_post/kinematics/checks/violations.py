@@ -51,8 +51,11 @@ class Worst(Struct, frozen=True):
     by_element: dict[int, tuple[float, float, float]] = field(default_factory=dict)
 
     def note(self, element: Ints, margin: Array, value: Array, w: Array | None = None) -> None:
-        """Keep the smallest margins, the values that have them, and where (the middle by default); all (n,)."""
-        at = np.full(len(element), 0.5) if w is None else w
+        """Keep the smallest margins, the values that have them, and where; all (n,).
+
+        Without ``w`` the end: the line of the element itself is at fault, not the one before.
+        """
+        at = np.ones(len(element)) if w is None else w
         for e, m, v, place in zip(element.tolist(), margin.tolist(), value.tolist(), at.tolist(), strict=True):
             if e not in self.by_element or m < self.by_element[e][0]:
                 self.by_element[e] = (m, v, place)
