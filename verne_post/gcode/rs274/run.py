@@ -165,7 +165,7 @@ class _BlockRun:
             if interpreter.recorder.has_word_numbers:
                 interpreter.recorder.find_system_columns(find_word_columns(decode_line(chunk.read_raw(row))))
         if errors:  # what is missing beside them may be in what was left out
-            for key in [key for key in list(warnings)[first:] if key[1] in OF_WORDS]:
+            for key in [key for key in list(warnings)[first:] if key[1] in (*OF_WORDS, "VP001")]:
                 del warnings[key]
         for found in errors:
             _find_column(found, chunk.read_raw(row))
