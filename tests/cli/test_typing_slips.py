@@ -414,11 +414,27 @@ def test_what_a_message_says_is_an_edit(
 
 
 @pytest.mark.parametrize("before", ["", "M4 S1000\n", "M3 S1000\nM5\n", "T1 M3 S1000\nM6\n"])
-def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_path: Path, before: str) -> None:
+def test_a_start_of_a_standing_spindle_at_the_end_is_a_choice(
+    inspector: Inspector, tmp_path: Path, before: str
+) -> None:
+    """M30 was preferred below the M3, which would start the spindle again after the last retract."""
     text = embed(".ngc", "").replace("M3 S1000\n", before).replace("M2\n", "M3\n")
-    message, _word, made = look(inspector, tmp_path / "a.ngc", text)
-    assert message == "the file ends without M2 or M30"
-    assert [fixed for _path, fixed, _settles in made.values()] == [f"{text}M30\n"]
+    found = check(inspector, tmp_path / "a.ngc", text)
+    item = next(one for one in found.findings if one.code == "VP010")
+    assert "starts the spindle, and no motion follows: write M30 there" in item.message
+    assert [one.is_choice for one in item.edits] == [True, True]
+    made = {
+        f"{text[: one.begin]}{one.new}{text[one.end :]}"
+        for one in find_fixes(inspector, found, item, {tmp_path / "a.ngc": text}, NEVER)
+    }
+    assert made == {f"{text}M30\n", f"{text.removesuffix('M3' + chr(10))}M30\n"}
+
+
+def test_an_edit_of_a_called_file_is_none_of_the_call(inspector: Inspector, tmp_path: Path) -> None:
+    (tmp_path / "TASCHE.SPF").write_text("PROC TASCHE(RAEL T)\nG1 X=T F500\nRET\n", "utf-8")
+    (item,) = check(inspector, tmp_path / "a.mpf", embed(".mpf", "TASCHE(3)")).findings
+    assert item.message.startswith("PROC of TASCHE, line 1: RAEL: ") and item.message.endswith("write REAL there")
+    assert item.edits == ()
 
 
 @pytest.mark.parametrize("ending", [".nc", ".ngc"])
