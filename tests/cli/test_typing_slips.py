@@ -430,6 +430,27 @@ def test_a_start_of_a_standing_spindle_at_the_end_is_a_choice(
     assert made == {f"{text}M30\n", f"{text.removesuffix('M3' + chr(10))}M30\n"}
 
 
+CL = "UNITS/MM\n{}\nSPINDL/RPM,7500,CLW\nRAPID\nGOTO/0,0,50,0,0,1\n{}\nGOTO/0,0,5\nFINI\n"
+SIEMENS = "G17 G54 G71 G90 G94\nT1 D1\n{}\nS900 M3\nG0 X0 Y0 Z50\nG1 Z5 F400\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("a.cls", CL.format("LOADTL/1,ADJST,5", "FEDRAT/MMPM,400"), 2),
+        ("a.cls", CL.format("LOADTL1", "FEDRAT/MMPM,400"), 2),
+        ("a.cls", CL.format("LOADTL/1", "FEDRATMMPM,400"), 6),
+        ("a.mpf", SIEMENS.format("M6 QQ"), 3),
+        ("a.mpf", SIEMENS.format("M6 M8X"), 3),
+    ],
+)
+def test_a_refused_line_may_load_the_tool_or_set_the_feed(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, line: int
+) -> None:
+    found = check(inspector, tmp_path / name, text, TOOL).findings
+    assert [one.line for one in found if one.severity == "error"] == [line]
+
+
 def test_an_edit_of_a_called_file_is_none_of_the_call(inspector: Inspector, tmp_path: Path) -> None:
     (tmp_path / "TASCHE.SPF").write_text("PROC TASCHE(RAEL T)\nG1 X=T F500\nRET\n", "utf-8")
     (item,) = check(inspector, tmp_path / "a.mpf", embed(".mpf", "TASCHE(3)")).findings
