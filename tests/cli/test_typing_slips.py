@@ -414,11 +414,48 @@ def test_what_a_message_says_is_an_edit(
 
 
 @pytest.mark.parametrize("before", ["", "M4 S1000\n", "M3 S1000\nM5\n", "T1 M3 S1000\nM6\n"])
-def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_path: Path, before: str) -> None:
+def test_a_start_of_a_standing_spindle_at_the_end_is_a_choice(
+    inspector: Inspector, tmp_path: Path, before: str
+) -> None:
+    """M30 was preferred below the M3, which would start the spindle again after the last retract."""
     text = embed(".ngc", "").replace("M3 S1000\n", before).replace("M2\n", "M3\n")
-    message, _word, made = look(inspector, tmp_path / "a.ngc", text)
-    assert message == "the file ends without M2 or M30"
-    assert [fixed for _path, fixed, _settles in made.values()] == [f"{text}M30\n"]
+    found = check(inspector, tmp_path / "a.ngc", text)
+    item = next(one for one in found.findings if one.code == "VP010")
+    assert "starts the spindle, and no motion follows: write M30 there" in item.message
+    assert [one.is_choice for one in item.edits] == [True, True]
+    made = {
+        f"{text[: one.begin]}{one.new}{text[one.end :]}"
+        for one in find_fixes(inspector, found, item, {tmp_path / "a.ngc": text}, NEVER)
+    }
+    assert made == {f"{text}M30\n", f"{text.removesuffix('M3' + chr(10))}M30\n"}
+
+
+CL = "UNITS/MM\n{}\nSPINDL/RPM,7500,CLW\nRAPID\nGOTO/0,0,50,0,0,1\n{}\nGOTO/0,0,5\nFINI\n"
+SIEMENS = "G17 G54 G71 G90 G94\nT1 D1\n{}\nS900 M3\nG0 X0 Y0 Z50\nG1 Z5 F400\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("a.cls", CL.format("LOADTL/1,ADJST,5", "FEDRAT/MMPM,400"), 2),
+        ("a.cls", CL.format("LOADTL1", "FEDRAT/MMPM,400"), 2),
+        ("a.cls", CL.format("LOADTL/1", "FEDRATMMPM,400"), 6),
+        ("a.mpf", SIEMENS.format("M6 QQ"), 3),
+        ("a.mpf", SIEMENS.format("M6 M8X"), 3),
+    ],
+)
+def test_a_refused_line_may_load_the_tool_or_set_the_feed(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, line: int
+) -> None:
+    found = check(inspector, tmp_path / name, text, TOOL).findings
+    assert [one.line for one in found if one.severity == "error"] == [line]
+
+
+def test_an_edit_of_a_called_file_is_none_of_the_call(inspector: Inspector, tmp_path: Path) -> None:
+    (tmp_path / "TASCHE.SPF").write_text("PROC TASCHE(RAEL T)\nG1 X=T F500\nRET\n", "utf-8")
+    (item,) = check(inspector, tmp_path / "a.mpf", embed(".mpf", "TASCHE(3)")).findings
+    assert item.message.startswith("PROC of TASCHE, line 1: RAEL: ") and item.message.endswith("write REAL there")
+    assert item.edits == ()
 
 
 @pytest.mark.parametrize("ending", [".nc", ".ngc"])

@@ -23,8 +23,6 @@ from verne_post.base.numbers import format_duration
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.rs274.letterless import find_doubts
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, SolverError, make_finding, make_input_error
@@ -102,12 +100,9 @@ def _try_remedies(
         from verne_post.app.start_lines import quote_start  # for refused programs alone
         from verne_post.app.tried_remedies import add_remedies, name_cause
 
-        errors, options = error.findings, program.options
-        if choose_dialect_name(options.dialect, source, options.source_name) == "rs274":
-            errors = (*errors, *find_doubts(source, [one for one in errors if one.severity == "error"]))
         if tell is not None:
-            tell(errors)
-        found = (name_cause if only_cause else add_remedies)(source, program, errors)
+            tell(error.findings)
+        found = (name_cause if only_cause else add_remedies)(source, program, error.findings)
         raise InputError(*quote_start(source, program, found)) from None
 
 

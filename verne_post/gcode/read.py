@@ -23,7 +23,6 @@ from verne_post.gcode.mistyped import UNREADABLE, say_what_is_meant
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.program_error import IS_SUBPROGRAM
 from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.rs274.letterless import find_doubts
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
 from verne_post.gcode.text import decode_line
@@ -98,9 +97,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
             and one.code != "VP023"  # the call of a cycle may be what is wrong
         ]
         found = _add_hidden_errors(source, setup, execution)
-        doubts = find_doubts(source, found) if setup.machine and name_dialect(dialect) == "rs274" else []
-        every = [*found, *warnings, *doubts]
-        raise _make_refusal(source, every, dialect, execution, setup)
+        raise _make_refusal(source, [*found, *warnings], dialect, execution, setup)
     return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())
 
 

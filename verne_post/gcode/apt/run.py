@@ -14,8 +14,9 @@ from verne_post.gcode.apt.stretch import execute_points
 from verne_post.gcode.apt.translator import OF_SUBPROGRAMS, STATEMENTS, make_blocks, refuse_statement
 from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.execution import Execution, StopConditions, knows_all, may_restart
-from verne_post.gcode.machining.assumptions import assume_feed
+from verne_post.gcode.machining.assumptions import assume_feed, assume_length
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.mistyped import UNREADABLE
 from verne_post.gcode.program_error import ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.recovery import Recovery
@@ -88,8 +89,11 @@ class _Run:
         except ProgramError as error:
             self.execution.recorder.give_up(line)
             major = item.major if isinstance(item, Statement) else ""
-            if error.code == "VP002" or major == "FEDRAT":  # FEDRAT may be what is misspelt
+            is_unread = isinstance(item, ProgramError)  # it may be any statement
+            if is_unread or error.code == "VP002" or major == "FEDRAT":  # FEDRAT may be what is misspelt
                 assume_feed(state)
+            if is_unread or (major.startswith("LOAD") and error.code in UNREADABLE):
+                assume_length(state)
             if major == "CYCLE":  # the cycle before holds no longer
                 self.modes.cycle = None
             corrected_number = (

@@ -68,7 +68,7 @@ from verne_post.gcode.rs274.fanuc_text import (
 from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.haas import HaasCodes
 from verne_post.gcode.rs274.interpreter import Rs274
-from verne_post.gcode.rs274.letterless import find_divided, refuse_letterless
+from verne_post.gcode.rs274.letterless import refuse_letterless
 from verne_post.gcode.rs274.macro_calls import (
     divide_number,
     find_local_call,
@@ -259,11 +259,7 @@ class FanucInterpreter(Rs274):
             return Block(line, macro=statement)
         self.parameters.passed_word = ""
         refuse_letterless(text)
-        if self.setup.machine:
-            error_of_number = next((one.error for one in find_divided(text, line) if one.letter in "FST"), None)
-            if error_of_number is not None:
-                message, column, edits = error_of_number.message, error_of_number.column, error_of_number.edits
-                self.recorder.warn("VP001", message, line, column, "warning", edits)
+        self.warn_of_divided_number(text, line)
         corner = None
         try:
             if "," in text:

@@ -190,10 +190,14 @@ class Rs274(Language):
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; with the current values of parameters."""
-        if self.setup.machine and (found := next(find_divided(text, line), None)) is not None and found.letter == "N":
-            error = found.error  # other numbers are told where something fails for them
-            self.recorder.warn("VP001", error.message, line, error.column, "warning", error.edits)
+        self.warn_of_divided_number(text, line)
         return read_block(text, line, self.parameters)
+
+    def warn_of_divided_number(self, text: str, line: int) -> None:
+        """Warn of a number that a blank divides."""
+        if self.setup.machine and (found := next(find_divided(text, line), None)) is not None:
+            error = found.error
+            self.recorder.warn("VP001", error.message, line, error.column, "warning", error.edits)
 
     def execute(self, block: Block) -> None:
         """Execute one block.

@@ -1,19 +1,16 @@
 """Numbers that stand without their letter, and so would be read as part of the number before them."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from verne_post.base.arrays import Ints
-from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.program_error import ProgramError, write_words
-from verne_post.gcode.text import decode_line
-from verne_post.model.findings import Finding, Remedy, make_finding
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES
-from verne_post.model.verdict import is_about_pose
 
 #: What may be such a number: it stands behind a blank that follows another number, or N has a point.
 _CANDIDATE: Final = re.compile(rb"[0-9.][ \t]+[-+]?[0-9.]|[Nn][ \t]*[0-9]+\.")
@@ -143,8 +140,7 @@ class Divided(NamedTuple):
 def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
     """Numbers that a blank divides, as in X15 28.
 
-    LinuxCNC reads one number, X1528: it is wrong only where something fails for it. Whoever writes X 1 5 or F1 0 0
-    means it.
+    LinuxCNC reads one number, X1528. Whoever writes X 1 5 or F1 0 0 means it.
     """
     if (point := _POINT_IN_NUMBER.match(text)) is not None:
         error = ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
@@ -156,12 +152,12 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
             continue
         depth += text.count("[", counted_to, match.start()) - text.count("]", counted_to, match.start())
         counted_to, rest = match.start(), text[match.end() : match.end() + _LOOKED_AT]
-        if depth > 0 or re.fullmatch(r"0\d+", match["number"]):
+        if depth > 0:
             continue
         word, number = f"{match['letter']}{match['own']}", match["number"]
         letter, begin, end = match["letter"].upper(), match.start() + 1, match.end("number")
         is_of_block = letter == "N"
-        if letter not in _WORDS_OF_CODES and (match["more"] or len(match["own"] + number) == _DIGITS_OF_CODES):
+        if letter not in _WORDS_OF_CODES and match["more"]:
             continue
         if (behind := _LETTER_AND_DIGITS.match(rest)) is not None and len(number) == 1 and number.isdigit():
             if number == "0":  # of Z6 0I0, whose blank is one place too early
@@ -179,7 +175,11 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
         else:
             message = f"{match[0].strip()}: blanks mean nothing in a number, so that this is {word}{number}"
         letters = list_letters(letter, match["own"], number, rest)
-        if not letters and number.isdigit():
+        is_one = number.isdigit() and (not letters or re.fullmatch(r"0\d+", number) is not None)
+        if is_one:
+            edits = write_words(match[0], f"{word}{number}", line=line, is_choice=True)
+            message += f"; write {word}{number} without the blank"
+            yield Divided(letter, begin, end, ProgramError("VP001", message, begin, edits=edits))
             continue
         words = [f"{one}{number}" for one in letters or ["F"]]
         edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=number, is_choice=True) for one in words)
@@ -191,36 +191,6 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
             else f"; {number} may lack its letter, such as {such}"
         )
         yield Divided(letter, begin, end, ProgramError("VP001", message, match.start("number") + 1, edits=edits))
-
-
-def find_doubts(source: Text, errors: Sequence[Finding]) -> list[Finding]:
-    """Warnings (VP001) of numbers that a blank divides, on which an arc or a place that is refused depends.
-
-    The number is of the line that fails, or says where an axis stands there.
-    """
-    failing = {item.line or 0: item for item in reversed(errors) if item.code == "VP008" or is_about_pose(item.code)}
-    candidates = set((find_candidates(bytes(source)) + 1).tolist()) if failing else set()
-    if not candidates:
-        return []
-    doubts: list[Finding] = []
-    pending: dict[str, tuple[int, Divided]] = {}  # of the axes that were named last so
-    for line, raw in enumerate(bytes(source).split(b"\n")[: max(failing)], 1):
-        if not pending and line not in candidates:
-            continue
-        text = decode_line(raw)
-        found = {one.letter: (line, one) for one in find_divided(text, line)} if line in candidates else {}
-        named_axes = {one.upper() for one in _AXIS_WORD.findall(remove_remarks(text))}
-        before, pending = pending, {axis: one for axis, one in pending.items() if axis not in named_axes}
-        pending |= {letter: one for letter, one in found.items() if letter in AXES}
-        of_arc = {letter: one for letter, one in found.items() if letter in _OF_ARCS}
-        for at, one in (*before.values(), *pending.values(), *of_arc.values()) if line in failing else ():
-            is_named = any((item.line, item.column) == (at, one.error.column) for item in doubts)
-            if is_named or (failing[line].code == "VP008" and one.letter not in _OF_ENDS):
-                continue
-            message = f"{one.error.message}; read so, line {line} fails ({failing[line].code})"
-            where = {"line": at, "last_line": at, "worst_line": at, "column": one.error.column}
-            doubts.append(make_finding("VP001", message, severity="warning", edits=one.error.edits, **where))
-    return doubts
 
 
 def list_letters(before: str, own: str, number: str, rest: str) -> list[str]:

@@ -165,7 +165,7 @@ class _BlockRun:
             if interpreter.recorder.has_word_numbers:
                 interpreter.recorder.find_system_columns(find_word_columns(decode_line(chunk.read_raw(row))))
         if errors:  # what is missing beside them may be in what was left out
-            for key in [key for key in list(warnings)[first:] if key[1] in OF_WORDS]:
+            for key in [key for key in list(warnings)[first:] if key[1] in (*OF_WORDS, "VP001")]:
                 del warnings[key]
         for found in errors:
             _find_column(found, chunk.read_raw(row))
@@ -292,11 +292,11 @@ class _BlockRun:
         percent = text.opening is not None
         starts = _find_last_start(text)
         edits, also = end_with("M30"), ""
-        if starts is not None and self._last_codes == (starts[0], True):
-            edits = (Remedy("write M30", "30", line=starts[0], word=("M", 3.0), is_choice=True),)
-            also = (
-                f"; {starts[1]} of line {starts[0]} starts a spindle that runs already: write M30 there if it is meant"
-            )
+        if starts is not None and self._last_codes[0] == starts[0]:
+            right = Remedy("write M30", "30", line=starts[0], word=("M", 3.0), is_choice=True)
+            edits = (right,) if self._last_codes[1] else (right, dataclasses.replace(edits[0], is_choice=True))
+            what = "a spindle that runs already" if self._last_codes[1] else "the spindle, and no motion follows"
+            also = f"; {starts[1]} of line {starts[0]} starts {what}: write M30 there if it is meant"
         if (unfinished_error := flow.interpreter.find_unfinished()) is not None:
             what = f"the text ends before {unfinished_error}"
         elif self.calls.in_call:

@@ -11,6 +11,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.assumptions import (
     add_length,
     assume_feed,
+    assume_length,
     assume_rigid_tapping,
     assume_tool_call,
     assume_turning_spindle,
@@ -281,8 +282,9 @@ class Executor:
         angles = tuple(state.position[3:6])
         follows |= angles == self.angles_of_failed and "it would be dragged sideways" in error.message
         self.angles_of_failed = angles if named_letters & set("ABC") else self.angles_of_failed
-        if error.code == "VP001" and state.selected_tool and _LONE_M.search(text):
+        if error.code in UNREADABLE and state.selected_tool and _LONE_M.search(text):
             assume_tool_call(state)
+            assume_length(state)
         self.has_unread_value |= error.code == "VP001" and _SET_VALUE.match(text) is not None
         for number in _SET_R.findall(text):
             self.variables.r.setdefault(int(number), 0.0)

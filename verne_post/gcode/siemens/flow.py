@@ -300,8 +300,9 @@ class Flow:
             if section.text is self.calls.main:
                 error.of_program = True
                 raise
-            where = f"PROC of {section.name}, line {error.line}"
-            raise ProgramError(error.code, f"{where}: {error.message}", call.column).advise(error.advice) from None
+            where = f"PROC of {section.name or call.name}, line {error.line}"
+            message = re.sub(r"did you mean ([^?]*)\?$", r"write \1 there", error.message)  # no edit of this file
+            raise ProgramError(error.code, f"{where}: {message}", call.column).advise(error.advice) from None
         try:
             scope, results = bind_arguments(call, procedure, executor.variables)
         except ProgramError as error:
