@@ -607,7 +607,8 @@ def test_a_tool_has_one_row_with_the_length_it_works_with() -> None:
         "before the tool&#x27;s own length is active have that of the tool before. T2 has 80 mm: its tip is 15 mm lower"
     )
     assert f"<p>Danger: rapids {said} than the program says.</p>" in sheet
-    fed = study_of(program.replace("G0 X5", "G1 X5"), tool_length=None, tools=tools, split_at_stops=True)
+    program = program.replace("T2 M6\nG0 X5", "G1 Z90\nT2 M6\nG1 X5")  # without the retract it is an error
+    fed = study_of(program, tool_length=None, tools=tools, split_at_stops=True)
     assert dict(list_setup(MACHINE, fed))["tool length"] == "T1: 80 mm; T2: 80 then 95 mm"
     assert len(list_tools(fed)) == 2
     assert "tool before" not in write_sheet_html("p.nc", program.encode(), MACHINE, fed)
