@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from verne_post import check
@@ -108,6 +108,7 @@ def has_long_number(line):
 
 
 @SETTINGS
+@example(b"G10\nM2", Options())  # its column was found by one of the two doors alone
 @given(programs, OPTIONS)
 def test_token_soups(machine, source, options):
     try_everything(source, machine, options)

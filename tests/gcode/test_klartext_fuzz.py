@@ -50,6 +50,10 @@ WORDS = [word for line in WORDS for word in re.findall(r"F AUTO|MB MAX|TABLE ROT
 #: (M91, M130) mean the same without a machine.
 NEUTRAL = re.compile(r"R0|[;~*]|M(?:6|77|9[0124]|120|129|130)|\+|/|LA5|-?0+")
 
+#: The name of a cycle of several lines is a remark; only words of axes have no place in it.
+NAMED = re.compile(r"CYCL DEF \d+\.0 ")
+AXIS_WORDS = [word for word in WORDS if re.match(r"I?[XYZABC][-+]", word)]
+
 
 #: What the set-ups have of the control, and statements that need it.
 CONTROL = {"heidenhain": {"datums": {"5": [3.0, -2.0, 1.0]}, "cycle_19": "moves"}}
@@ -163,7 +167,10 @@ def find_silent(seed, n, both):
         if key not in before:
             before[key] = outcome(statements, both[0])
         after = outcome(changed, both[0])
-        if after == before[key] and not isinstance(after, str) and not NEUTRAL.fullmatch(word):
+        is_free = NEUTRAL.fullmatch(word) or (
+            word not in AXIS_WORDS and NAMED.search("\n".join({*changed} - {*statements}))
+        )
+        if after == before[key] and not isinstance(after, str) and not is_free:
             silent.append((statements, changed))
     return silent
 
