@@ -111,9 +111,9 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = find_language(source, every, dialect)
-        placed = [_place_at_word(source, item) for item in errors]
+        placed_errors = [_place_at_word(source, item) for item in errors]
         errors = say_what_is_meant(
-            source, _try_other_side(source, setup, placed, every, dialect), name_dialect(dialect)
+            source, _try_other_side(source, setup, placed_errors, every, dialect), name_dialect(dialect)
         )
         errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)

@@ -50,6 +50,12 @@ _VARIABLE: Final = re.compile(r"#(<[^<>]*|\d+)")
 _NO_MODES: Final = ("motion", "cancel", "non-modal", "machine coordinates", "subprograms", "cutter compensation")
 
 
+def place_at_code(error: ProgramError, block: Block) -> None:
+    """Give what is missing, which has no column, that of the code that the message begins with."""
+    if error.code == "VP005" and not (error.column or error.line):
+        error.column = block.find_code(error.message.partition(" ")[0])
+
+
 class Recovery:
     """Executes blocks of one program, and goes on after errors.
 
@@ -79,8 +85,7 @@ class Recovery:
                 return errors
             except ProgramError as error:
                 self.interpreter.recorder.give_up(block.line)
-                if error.code == "VP005" and not (error.column or error.line):  # what is missing has no column
-                    error.column = block.find_code(error.message.partition(" ")[0])
+                place_at_code(error, block)
                 if not self._follows(error, errors):
                     errors.append(error)
                 if error.code in FATAL:

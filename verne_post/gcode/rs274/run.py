@@ -18,7 +18,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.flow import Flow
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.letterless import find_divided
-from verne_post.gcode.rs274.recovery import OF_WORDS, Recovery
+from verne_post.gcode.rs274.recovery import OF_WORDS, Recovery, place_at_code
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.templates import find_word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
@@ -271,7 +271,11 @@ class _BlockRun:
             state = interpreter.state
             self._last_codes = block.line, state.spindle_on and not state.spindle_reversed
         if recovery is None:
-            interpreter.execute(block)
+            try:
+                interpreter.execute(block)
+            except ProgramError as error:
+                place_at_code(error, block)
+                raise
         else:
             errors = recovery.execute(block)
         if interpreter.call is not None and not interpreter.has_ended:
