@@ -291,7 +291,7 @@ _SPLIT_DRILL = DRILL.replace(" Q", " ~\n   Q").splitlines()
     ("statements", "line", "column", "words"),
     [
         ([*_SPLIT_DRILL, "   Q302=3", "CYCL CALL"], 10, 4, "Q302"),  # the tilde before it is left out
-        (["L X+10", "RND R50", "L Y+10"], 2, None, "RND: no arc of radius 50"),
+        (["L X+10", "RND R50", "L Y+10"], 2, 5, "RND: no arc of radius 50"),
         ([DRILL.replace("Q201=-5", "Q201=5"), "L X+5", "CYCL CALL", "CYCL CALL"], 1, 30, "Q201=5"),
         ([*_SPLIT_DRILL, "L X+5 M99", "L X+9 M99"], 3, 4, "Q201=5"),
         ([*_SPLIT_DRILL, f"CYCL DEF 220 P Q200=-2 {CIRCLE}"], 10, 16, "Q200=-2"),
