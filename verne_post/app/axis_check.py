@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
+from verne_post.base.program_lines import name_component
 from verne_post.model.findings import Finding, add_line, make_finding
 from verne_post.model.moves import MoveKind, Moves
 
@@ -19,8 +20,6 @@ _AGREES: Final = 0.9962
 _DIFFERS: Final = 0.866
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
 _ASIDE: Final = 5.0
-#: What the components of a tool axis are called, by language; else I, J, K.
-_NAMES: Final = {"siemens": ("A3", "B3", "C3"), "heidenhain": ("TX", "TY", "TZ"), "aptcl": ("i", "j", "k")}
 
 
 def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
@@ -48,17 +47,12 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
         yield found
 
 
-def name_component(language: str, component: int) -> str:
-    """The word of a component of the tool axis."""
-    return _NAMES.get(language, ("I", "J", "K"))[component]
-
-
 def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:
     """Rows of axes (n, 3) that are in doubt, and the component whose sign is; ``tip`` (n, 3) where the moves end."""
     n, width = len(axis), 2 * _BESIDE + 1
     if n < width or not np.isfinite(axis).any():
         return
-    middle, own = slice(_BESIDE, n - _BESIDE), axis[_BESIDE : n - _BESIDE]
+    own = axis[_BESIDE : n - _BESIDE]
     cuts = np.all([kind[shift : n - width + 1 + shift] == MoveKind.FEED for shift in range(width)], axis=0)
     beside = [axis[shift : n - width + 1 + shift] for shift in range(width) if shift != _BESIDE]
     agree = np.all([(one * beside[0]).sum(axis=1) > _AGREES for one in beside[1:]], axis=0)
@@ -67,7 +61,7 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
         for component in range(3):
             other = own[row].copy()
             other[component] *= -1.0
-            at = middle.start + row
+            at = _BESIDE + row
             aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
             if aside <= _ASIDE and all(one[row] @ other > _AGREES for one in beside):
                 yield at, component

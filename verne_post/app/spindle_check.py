@@ -118,10 +118,10 @@ def check_highest_speed(moves: Moves, machine: Machine) -> Iterator[Finding]:
     told, plausible = set[float](), PLAUSIBLE["spindle speed"]
     highest = machine.spindle_rpm if math.isfinite(machine.spindle_rpm) else plausible.high
     for begin, end in iterate_blocks(len(moves)):
-        block = moves.spindle[begin:end]
-        speeds, first = np.unique(block, return_index=True)
-        for speed, at in zip(speeds.tolist(), (first + begin).tolist(), strict=True):
-            if speed <= highest or speed in told:
+        above = np.flatnonzero(moves.spindle[begin:end] > highest) + begin
+        speeds, first = np.unique(moves.spindle[above], return_index=True)
+        for speed, at in zip(speeds.tolist(), above[first].tolist(), strict=True):
+            if speed in told:
                 continue
             told.add(speed)
             given = [line for line, move in moves.speeds if move <= at]

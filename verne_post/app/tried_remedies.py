@@ -12,7 +12,6 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
-from verne_post.app.axis_check import name_component
 from verne_post.app.constraints import check_line, check_program, guard_joints
 from verne_post.app.contact_remedies import TRIED_ELEMENTS, propose_heights
 from verne_post.app.explain_numbers import format_list, format_number
@@ -36,6 +35,7 @@ from verne_post.base.program_lines import (
     find_word,
     find_word_of,
     flip_component,
+    name_component,
     read_number,
 )
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -337,6 +337,7 @@ def build_trial(source: Text, program: Program, line: Line) -> Trial:
     None where a line does not have them, as in a loop or in G91.
     """
     before: list[set[tuple[object, ...]]] = []
+    wide_turns = _list_wide_turns(program)
 
     def holds(words: Sequence[Remedy]) -> bool | None:
         lines = bytes(source).split(b"\n")
@@ -347,7 +348,7 @@ def build_trial(source: Text, program: Program, line: Line) -> Trial:
             lines[word.line - 1] = changed.encode()
         try:
             made = assemble(b"\n".join(lines), program.machine, program.options, program.team)
-            if not _list_wide_turns(made) <= _list_wide_turns(program):
+            if not _list_wide_turns(made) <= wide_turns:
                 return False
             if len(program.contour) > TRIED_ELEMENTS:
                 return not _list_errors(check_line(made, select_line(guard_joints(made), line.number), line.number))

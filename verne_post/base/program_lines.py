@@ -91,8 +91,8 @@ def find_word_of(line: str, letter: str, value: float) -> re.Match[str] | None:
     return found[0] if len(found) == 1 else None
 
 
-#: What gives a tool axis, by language; of G-code, I J K.
-_VECTOR_LETTERS: Final = {"siemens": ("A3", "B3", "C3"), "heidenhain": ("TX", "TY", "TZ")}
+#: The words of a tool axis, by language; of G-code, I J K. Of CL files, i j k stand for the numbers of GOTO.
+_VECTOR_LETTERS: Final = {"siemens": ("A3", "B3", "C3"), "heidenhain": ("TX", "TY", "TZ"), "aptcl": ("i", "j", "k")}
 _NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?"
 #: The tool axis of a CL file, behind the point.
 _GOTO: Final = re.compile(rf"GOTO\s*/(?:\s*{_NUMBER}\s*,){{3}}" + ",".join([rf"\s*({_NUMBER})\s*"] * 3), re.IGNORECASE)
@@ -121,6 +121,11 @@ def add_angle(line: str, letter: str, value: str) -> str | None:
     return f"{line[: max(ends)]} {letter}{value}{line[max(ends) :]}" if ends else None
 
 
+def name_component(language: str, component: int) -> str:
+    """The word of a component of the tool axis."""
+    return _VECTOR_LETTERS.get(language, ("I", "J", "K"))[component]
+
+
 def change_vector(line: str, language: str, vector: Iterable[float]) -> tuple[str, str] | None:
     """The words of a tool axis as they stand in a line, and with another one; None where it is not written out."""
     words = _find_vector(line, language)
@@ -146,7 +151,7 @@ def _find_vector(line: str, language: str) -> list[tuple[int, int, int]]:
     if language == "aptcl":
         found = _GOTO.search(remove_remarks(line, language))
         return [] if found is None else [(found.start(group), *found.span(group)) for group in (1, 2, 3)]
-    letters = (find_word(line, letter) for letter in _VECTOR_LETTERS.get(language, "IJK"))
+    letters = (find_word(line, name_component(language, one)) for one in range(3))
     return [(word.start(), *word.span(2)) for word in letters if word is not None]
 
 

@@ -110,12 +110,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     errors = execution.errors
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
-        other = find_language(source, every, dialect)
-        placed_errors = [_place_at_word(source, item) for item in errors]
-        errors = say_what_is_meant(
-            source, _try_other_side(source, setup, placed_errors, every, dialect), name_dialect(dialect)
-        )
-        errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
+        errors = _find_cause(source, errors, dialect, setup, every)
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
 
@@ -180,15 +175,20 @@ def _make_placed_state(source: Text, setup: Setup, dialect: Dialect) -> State:
     return state
 
 
-def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Setup) -> list[Finding]:
-    """Errors in the order of their lines; one alone where the program is in another language."""
-    other = find_language(source, errors, dialect)
+def _find_cause(
+    source: Text, errors: list[Finding], dialect: Dialect, setup: Setup, every: list[Finding] | None = None
+) -> list[Finding]:
+    """Errors in the order of their lines; one alone where the program is in another language.
+
+    ``every``: those of the whole program, where ``errors`` end with the first.
+    """
+    other = find_language(source, every or errors, dialect)
     if other is not None:
         return [other]
     in_order = [_place_at_word(source, item) for item in sorted(errors, key=lambda item: item.line or 0)]
-    in_order = _try_other_side(source, setup, in_order, in_order, dialect)
+    in_order = _try_other_side(source, setup, in_order, every or in_order, dialect)
     found = say_what_is_meant(source, in_order, name_dialect(dialect))
-    return _show_rival(source, setup, found, found, dialect)
+    return _show_rival(source, setup, found, every or found, dialect)
 
 
 def _try_other_side(
@@ -245,14 +245,15 @@ def _show_rival(
 
     The rival must read all that this dialect reads: it has no error in a line in which ``every`` has none.
     """
-    refused_words = [item for item in every if item.code in _ABOUT_WORDS]
+    refused_words = [(item.line, item.code) for item in every if item.code in _ABOUT_WORDS]
     if setup.dialect != "auto" or dialect.rival is None or not refused_words:
         return errors
     rival = DIALECTS[dialect.rival.name]
     state = rival.initial_state(setup)
     state.known_axes = [True] * 9
     bad_lines = {item.line for item in rival.execute(source, setup, state, StopConditions()).errors}
-    at = next((at for at, item in enumerate(errors) if item in refused_words and item.line not in bad_lines), None)
+    refused_words = [one for one in refused_words if one[0] not in bad_lines]
+    at = next((at for at, item in enumerate(errors) if (item.line, item.code) in refused_words), None)
     if at is None or not bad_lines <= {item.line for item in every}:
         return errors
     sign = dialect.rival.find_sign(source)

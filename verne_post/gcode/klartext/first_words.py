@@ -29,14 +29,15 @@ KEYWORD: Final = re.compile(
 _COORDINATE: Final = re.compile(
     r"I?(?:[XYZABCUVW]|P[AR])[ \t]*[-+]?(?:\d++[.,]?\d*+|[.,]\d++|Q[LR]?\d++(?![ \t]*=))(?!\w)"
 )
-#: What a coordinate begins with, one with a slip in its number too.
 #: N4- before a statement.
 _N_AND_SIGN: Final = re.compile(r"[ \t]*(N(\d++)[-+])(?=[ \t])[ \t]*+")
+#: What a coordinate begins with, one with a slip in its number too.
 _AXIS: Final = re.compile(r"I?(?:[XYZABCUVW]|P[AR])[-+.,\dQ=]")
 #: Statements that coordinates follow.
 _PATH: Final = re.compile(r"L[NP]?|C[CPRT]?|CTP")
 #: A coordinate with = before its number.
 _WITH_EQUALS: Final = re.compile(r"(I?(?:[XYZABCUVW]|P[AR]))[ \t]*+=[ \t]*+([-+]?)(\d++[.,]?\d*+|[.,]\d++)(?!\w)")
+#: The sense of an arc.
 _DIRECTION: Final = re.compile(r"(?<!\w)DR[ \t]*[-+]")
 LETTERS_AS_DIGITS: Final = str.maketrans("OIL", "011")
 #: The number of a block in which letters stand for digits.

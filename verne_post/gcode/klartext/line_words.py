@@ -108,14 +108,21 @@ def _take_statement(r: LineReader) -> re.Match[str] | None:
     return None
 
 
-def _read_fn(r: LineReader) -> None:
-    match = r.take(r"(\d+)[ \t]*:")
-    name = f"FN {int(match[1])}" if match else ""
+def _take_number(r: LineReader, keyword: str, pattern: str, expected_words: str) -> int:
+    """The number (1) of a function or a cycle, which is one word with the ``keyword`` before it."""
+    match = r.take(pattern)
+    number = int(match[1].partition(".")[0]) if match else 0
+    name = f"{keyword} {number}"
     if match is None or name not in r.texts:
-        raise r.refuse("the number of a function of FN, and a colon")
-    begin = r.code.rindex("FN", 0, match.start())
+        raise r.refuse(expected_words)
+    begin = r.code.rindex(keyword.split()[0], 0, match.start())
     r.words.append(Word(begin, match.end(1), name, r.texts[name]))
-    if int(match[1]) > 13:
+    return number
+
+
+def _read_fn(r: LineReader) -> None:
+    number = _take_number(r, "FN", r"(\d+)[ \t]*:", "the number of a function of FN, and a colon")
+    if number > 13:
         r.take_word(r"[^;]+", "what it is about")
         return
     while not r.is_at_end and r.code[r.at] != ";":
@@ -140,12 +147,7 @@ def _read_formula(r: LineReader, keyword: re.Match[str]) -> None:
 
 
 def _read_cycle(r: LineReader) -> None:
-    match = r.take(r"(\d+)(?:\.\d+)?")
-    name = f"CYCL DEF {int(match[1])}" if match else ""
-    if match is None or name not in r.texts:
-        raise r.refuse("the number of a cycle that it has")
-    begin = r.code.rindex("CYCL", 0, match.start())
-    r.words.append(Word(begin, match.end(), name, r.texts[name]))
+    _take_number(r, "CYCL DEF", r"(\d+(?:\.\d+)?)", "the number of a cycle that it has")
     if not re.compile(r"(?:ROT|SCL|F|V\.?ZEIT|DWELL)[ \t]*[-+\d]|[TPR]?I?[A-Z]?[ \t]*[-+\d#]|Q\d").match(r.code, r.at):
         r.take_word(
             r"(?![XYZ](?!\w))[A-Z][^\d~;=#]*?(?=[ \t]*(?:~|;|$)|[ \t]+(?:Q\d|[XYZABC][-+\d]))",
