@@ -78,7 +78,7 @@ def test_errors_name_the_file_that_is_there(run: Callable[..., Any], tmp_path, m
     assert f" error: {file}, line 2: " in answer.err
     if "/" not in file:
         (item,) = verne_post.check(tmp_path / main, "verne").findings
-        assert item.message.startswith(f"{file}, line 2: ")
+        assert item.full_message.startswith(f"{file}, line 2: ")
 
 
 def test_macros_of_g65_are_found_beside_the_program(run: Callable[..., Any], program: Any) -> None:
@@ -668,7 +668,7 @@ def test_a_finding_beside_a_called_file_has_the_line_of_its_own_text(
     )
     found = verne_post.check(tmp_path / name, machine="verne").findings
     [one] = [item for item in found if item.code == said[2] and item.line]
-    assert (one.line, one.last_line, one.code, one.message[: len(said[3])]) == said
+    assert (one.line, one.last_line, one.code, one.full_message[: len(said[3])]) == said
     assert [(each.value, each.line) for each in one.edits] == [edit] * bool(edit)
 
 
@@ -769,7 +769,34 @@ def test_a_warning_in_a_called_file_names_the_file_and_its_line(
     assert {one["line"] for one in there} <= {call}
     for one, part in zip(there, said.values(), strict=True):
         assert one["message"].startswith(f"{file}, {part}")
-        assert one["column"] is None
+        own_line = int(part[len("line ") :].partition(":")[0])
+        assert (one["column"], one["file"], one["file_line"]) == (None, file, own_line)
+
+
+def test_a_limit_and_a_contact_in_a_called_file_name_the_file_and_its_line(
+    run: Callable[..., Any], tmp_path: Path
+) -> None:
+    """They stood at the call alone."""
+    program = tmp_path / "plate.nc"
+    program.write_text(OF_FANUC.replace("M98 P2000\n", "M98 P2000\nG0 X0.\nM98 P2000\n"))
+    (tmp_path / "plate.nc.toml").write_text(
+        "[tools]\n1 = { length = 90, diameter = 10 }\n[wcs]\nG54 = [0, 0, 60]\n"
+        '[stock]\nsystem = "G54"\nmin = [30, -10, 0]\nmax = [60, 10, 20]\n'
+    )
+    other = tmp_path / "O2000.nc"
+    for text, code, own_line, worst in (
+        ("G1 X5. F500.\nX900.\nX20.\n", "VP101", 3, "joint x reaches 900.000 mm"),
+        ("G1 X5. F500.\nG0 Z10.\nX40.\nZ160.\n", "VP216", 4, "the cutter runs into the stock in a rapid traverse"),
+    ):
+        other.write_text(f"O2000\n{text}M99\n")
+        found = json.loads(run("check", program, "--machine", "ac_trunnion", "--output-format", "json").out)
+        first, *others = (one for one in found["programs"][0]["findings"] if one["code"] == code)
+        calls = ((10, 12), (10,))[code == "VP216"]  # the second cuts no stock
+        assert [(one["line"], one["file"], one["file_line"]) for one in (first, *others)] == [
+            (call, "O2000.nc", own_line) for call in calls
+        ]
+        assert first["message"].startswith(f"O2000.nc, line {own_line}: {worst}")
+        assert "line 10" not in first["message"]
 
 
 def test_an_error_in_a_called_file_that_the_program_has_caused_stands_in_the_program(

@@ -165,7 +165,7 @@ def test_files_of_subroutines(view):
 def test_errors_in_files_name_the_file(view):
     found = view("o<a> call\nM2", subroutines={"a": b"o<a> sub\nG0 X1\nG0 X#<no>\no<a> endsub\n"}, dialect="rs274")[1]
     assert [(item.code, item.line, item.column) for item in found] == [("VP025", 1, None)]
-    assert found[0].message.startswith("a.ngc, line 3: ")
+    assert found[0].full_message.startswith("a.ngc, line 3: ")
     for text, part in ((b"o<b> sub\no<b> endsub\n", "does not define"), (b"o<a> sub\nG0 X1\n", "never closed")):
         found = view("o<a> call\nM2", subroutines={"a": text}, dialect="rs274")[1]
         assert found[0].code == "VP023"
@@ -235,4 +235,4 @@ def test_an_error_of_the_return_is_one_of_the_file(view):
     main = "G21 G90 G17 G40 G49 F100\nG0 X0 Y0 Z0\no<a> call\nM2\n"
     _moves, found = view(main, subroutines={"a": sub})
     assert [(item.code, item.line) for item in found] == [("VP017", 3)]
-    assert found[0].message.startswith("a.ngc, line 7: ")
+    assert found[0].full_message.startswith("a.ngc, line 7: ")

@@ -212,7 +212,7 @@ def test_a_contour_of_another_file(view):
     )
     assert good[1] == ()
     assert set(good[0].line[2:].tolist()) == {5}
-    assert [(item.code, item.line, "rim.spf, line 3" in item.message) for item in bad[1]] == [("VP017", 5, True)]
+    assert [(item.code, item.line, "rim.spf, line 3" in item.full_message) for item in bad[1]] == [("VP017", 5, True)]
 
 
 @pytest.mark.parametrize(("values", "code", "part"), [

@@ -162,7 +162,7 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     near = " and ".join(map(str, nearest))
     said = [f"line {line}: {text}", f"  no motion{_say_why_still(program, line)}; the nearest lines that have: {near}"]
     said += _list_words(source, line, text, dialect, machine, options.remap)
-    said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
+    said += [f"  {item.code} {item.severity}: {item.full_message}" for item in findings]
     state = find_state_if_executed(source, program, line)
     if not remove_remarks(text, dialect).strip():
         said.append("  nothing to execute: a remark, or an empty line")
@@ -235,7 +235,7 @@ def explain_refused(
     own = [item for item in findings if item.line in (line, None)]
     said = [f"line {line}: {shown}"]
     said += _list_words(source, line, shown, dialect, machine, options.remap)
-    said += [f"  {item.code} {item.severity}: {item.message}" for item in own]
+    said += [f"  {item.code} {item.severity}: {item.full_message}" for item in own]
     for item in {item.code: item for item in own}.values():
         if remedy := describe_remedy(item, name, find_run(options)):
             said.append(f"  {item.code}, remedy: {remedy}")
@@ -246,7 +246,8 @@ def explain_refused(
         said.append(f"  part of line {start}, which has the error" if cause else "  no error is found in its words")
         first = cause or min(errors, key=lambda item: item.line or 0)
         said.append(
-            f"  limits were not checked, because line {first.line} cannot be executed: {first.code} {first.message}"
+            f"  limits were not checked, because line {first.line} cannot be executed: "
+            f"{first.code} {first.full_message}"
         )
     state, _call = find_state_past_errors(source, build_interpreter_setup(machine, options), line)
     is_sure = all((item.line or 0) >= line for item in errors)

@@ -446,7 +446,7 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     ]
     for item, where, after in zip(findings, shown, [*shown[1:], ""], strict=True):
         same = f" ({name_lines(item)}; the numbers are those of line {item.line})" if item.lines else ""
-        yield f"  {item.code} {item.severity}: {item.message}{same}"
+        yield f"  {item.code} {item.severity}: {item.full_message}{same}"
         if where and where != after:  # what is broken at one place has it once, below
             yield f"    {where}"
 

@@ -326,7 +326,7 @@ class Result:
         """Facts, of which the first finding is one where the program is refused: pytest shows 118 characters."""
         first = next((item for item in self.findings if item.severity == "error"), None)
         where = "" if first is None or first.line is None else f" in line {first.line}"
-        why = "" if first is None else f": {first.code}{where}: {first.message}"
+        why = "" if first is None else f": {first.code}{where}: {first.full_message}"
         rows = [["verdict", f"{self.verdict.word}{why}"]]
         rows += [[key, name] for key, name in (("program", self.program), ("machine", self.machine)) if name]
         if self.summary is not None:

@@ -105,7 +105,8 @@ def settle_stock(
     )
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     coordinates, cell = program.machine.coordinates, float(stock.cell.max())
-    settled = list(report_touches(coordinates, cut, spans, tools, box.name, box.distance, cell))
+    place = program.path.called_lines.place
+    settled = map(place, report_touches(coordinates, cut, spans, tools, box.name, box.distance, cell))
     return [*begun, *(item for item in found if item not in open_), *settled]
 
 
@@ -198,7 +199,7 @@ def _list_spans(
     )
     tools = [(moving.shapes[int(k)], long) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
-    lines, rounding = contour.find_lines(owner[first]), find_rounding(contour)[owner[first]]
+    lines, rounding = path.number_lines(segment), find_rounding(contour)[owner[first]]
     return Spans(tips, axes, lines, tool.reshape(-1), path.feed_time[segment] == 0, rounding), tools
 
 
@@ -249,7 +250,7 @@ def report_touches(
         own = [one for one in cut.touches if one.body == body]
         sure = [one for one in own if one.depth == one.depth]
         stretches = list(_split_touches(sure))
-        lines = {k for part in stretches for k in range(part[0].line, part[-1].line + 1)}
+        lines = {one.line for part in stretches for one in part}
         stretches += _split_touches([one for one in own if one.depth != one.depth and one.line not in lines])
         for part in stretches:
             is_line = body == "cutter" and any(tools[int(spans.tool[one.span])].is_line for one in part)

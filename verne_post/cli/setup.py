@@ -85,7 +85,7 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
         return refuse(name, error)
     if base is None:  # the form has no key for these tools: what settles them is in the program
         head, rest = text.split("\n", 1)
-        told = [f"# line {item.line}: {make_printable(item.message)}\n" for item in others if item.code == "VP012"]
+        told = [f"# line {item.line}: {make_printable(item.full_message)}\n" for item in others if item.code == "VP012"]
         text = f"{head}\n{''.join(told)}{rest}"
     named = given["machine_name"]
     if named is not None and base is None:  # nothing in the file would say so to the next command

@@ -18,7 +18,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
-from verne_post.model.findings import Finding, Remedy, add_line, make_finding
+from verne_post.model.findings import CalledPlace, Finding, Remedy, add_line, make_finding
 from verne_post.model.moves import AXES, OwnLine
 
 #: So many things that errors of one cause are about are named.
@@ -48,7 +48,7 @@ class Execution(Struct):
     errors: list[Finding] = field(default_factory=list)
     _reported_errors: set[tuple[int, str, str]] = field(default_factory=set)
     #: Where the finding of each cause stands among the errors, what it is about, and its place in another file.
-    _causes: dict[tuple[str, str], tuple[int, list[str], str]] = field(default_factory=dict)
+    _causes: dict[tuple[str, str], tuple[int, list[str], CalledPlace | None]] = field(default_factory=dict)
     is_lost: bool = False  #: A jump or a call leads nowhere, and lines behind it were not read.
     #: Lines of the program that a jump to nowhere is probably meant to pass over: what they say may be no program.
     _passed_lines: set[int] = field(default_factory=set)
@@ -111,8 +111,8 @@ class Execution(Struct):
                 return True
             self._passed_lines.update(range(line + 1, error.passes_to))
         message = called_lines.name_lines(error.message)
-        place = "" if file is None else f"{file}, line {line}: "
-        key = (shown_number, error.code, place + message)
+        place = None if file is None else CalledPlace(file, line, error.column)
+        key = (shown_number, error.code, message if place is None else f"{place}: {message}")
         if (
             key in self._reported_errors and not error.of_value
         ):  # the error is in a loop, whose end may depend on what was not executed
@@ -170,26 +170,25 @@ class Execution(Struct):
         edits: tuple[Remedy, ...] = (),
         advice: str | None = None,
         *,
-        place: str = "",
+        place: CalledPlace | None = None,
     ) -> None:
         """Add an error of a line, or count it with those of its cause, which then names everything concerned.
 
-        The message begins with the ``place`` in another file of the first of them.
+        It has the ``place`` in another file of the first of them.
         """
         words = message if about is None else message.replace(about, "\0")
         shared_words = NEAR_TOOL.sub("", words)
-        file = place.rpartition(", ")[0]
-        words_of_cause = ("", cause) if cause else (code, f"{file}\0{shared_words}" if file else shared_words)
+        words_of_cause = ("", cause) if cause else (code, f"{place.file}\0{shared_words}" if place else shared_words)
         at, things, place = self._causes.setdefault(words_of_cause, (len(self.errors), [], place))
         if cause and at < len(self.errors):
-            words = shared_words = self.errors[at].message.removeprefix(place)
+            words = shared_words = self.errors[at].message
         if about is not None and about not in things:
             things.append(about)
         if at == len(self.errors):
             where = {"line": line, "last_line": line, "worst_line": line, "column": column}
             keys = (settled_by,) if settled_by else ()
             self.errors.append(
-                make_finding(code, place + message, settled_by=keys, edits=edits, advice=advice, **where)
+                make_finding(code, message, settled_by=keys, edits=edits, advice=advice, called=place, **where)
             )
             return
         item = self.errors[at]
@@ -200,7 +199,7 @@ class Execution(Struct):
         )
         self.errors[at] = replace(
             add_line(item, line),
-            message=place + words.replace("\0", _join_names(things)),
+            message=words.replace("\0", _join_names(things)),
             settled_by=all_settled_by,
         )
 

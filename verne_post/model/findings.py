@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 from verne_post.base.printable import join_names, make_printable
 from verne_post.base.text_tables import format_html_table
@@ -81,6 +81,17 @@ class Remedy:
     __repr__ = _list_given
 
 
+class CalledPlace(NamedTuple):
+    """Where something stands in a file that the program calls."""
+
+    file: str
+    line: int
+    column: int | None = None
+
+    def __str__(self) -> str:
+        return f"{self.file}, line {self.line}"
+
+
 @dataclass(frozen=True, repr=False)
 class Finding:
     """One entry of a report.
@@ -128,6 +139,8 @@ class Finding:
     advice : str or None
         What helps in this case, in place of what the code says; INPUT stands for the program. Empty where the message
         has it.
+    called : CalledPlace or None
+        The place in a file that ``line`` calls, where the mistake stands there.
     names_lines : bool
         The message names the lines of several stretches.
     """
@@ -155,6 +168,7 @@ class Finding:
     quantity: str = ""
     contact: tuple[float, float, float] | None = None
     advice: str | None = None
+    called: CalledPlace | None = None
     names_lines: bool = False
     lines: tuple[int, ...] = ()
 
@@ -165,6 +179,11 @@ class Finding:
         name = "" if self.file is None else self.file if self.file_line is None else f"{self.file}:{self.file_line}"
         line = self.line if self.file is None else None
         return (f"line {line}: " if line is not None else f"{name}: " if name else "") + describe(self)
+
+    @property
+    def full_message(self) -> str:
+        """The message, after the place in a called file."""
+        return self.message if self.called is None else f"{self.called}: {self.message}"
 
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))
@@ -196,7 +215,7 @@ def sort_by_line(findings: Iterable[Finding]) -> Findings:
 
 def describe(item: Finding) -> str:
     """``CODE severity: message``, with the stretch when it is longer than one line."""
-    text = f"{item.code} {item.severity}: {make_printable(item.message)}"
+    text = f"{item.code} {item.severity}: {make_printable(item.full_message)}"
     if item.count > 1 and (is_about_text(item.code) or (item.code == "VP502" and item.worst_line is None)):
         lines = "" if item.last_line == item.line else f"{name_lines(item)}, "
         text += f" ({lines}{item.count} times)"
@@ -246,7 +265,7 @@ def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
                 one.code,
                 one.severity,
                 "" if one.line is None else str(one.line),
-                one.message,
+                one.full_message,
                 *(["; ".join(one.remedies)] if tried else []),
             ]
             for one in findings
@@ -271,9 +290,9 @@ def merge_same(findings: Iterable[Finding]) -> list[Finding]:
     """Findings of the same words as one, from the first line to the last, in the order in which they begin."""
     merged: dict[tuple[str, str], Finding] = {}
     for item in findings:
-        known = merged.setdefault((item.code, item.message), item)
+        known = merged.setdefault((item.code, item.full_message), item)
         if known is not item:
-            merged[item.code, item.message] = add_line(known, item.last_line or item.line or 0, item.count)
+            merged[item.code, item.full_message] = add_line(known, item.last_line or item.line or 0, item.count)
     return list(merged.values())
 
 
@@ -281,7 +300,7 @@ class InputError(Exception):
     """The input cannot be used at all; carries the findings that say why."""
 
     def __init__(self, *findings: Finding) -> None:
-        super().__init__("; ".join(item.message for item in findings))
+        super().__init__("; ".join(item.full_message for item in findings))
         self.findings = findings
 
     def __reduce__(self) -> tuple[object, ...]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import UPRIGHT_DEG
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.model.findings import Finding, Remedy
+from verne_post.model.findings import CalledPlace, Finding, Remedy
 from verne_post.model.part_setup import MACHINE_SYSTEM, Vector9, describe_tool_number, name_system
 from verne_post.model.splines import Splines, build_empty_splines
 
@@ -269,14 +269,13 @@ class CalledLines(Struct, frozen=True):
     before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     line: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
-    def number_moves(self, line: NDArray[np.int32]) -> Ints:
-        """The lines (n,) of all moves, which are (n,) in the program. Lines of a stretch count up with the moves."""
-        numbers = line.astype(np.int64)
-        for first, last, begin in zip(self.before, [*self.before, len(line)][1:], self.line, strict=True):
-            if begin:
-                rows = range(max(first, 0), max(last, 0))  # of a restart, some may be before the first one
-                numbers[rows.start : rows.stop] = begin - first + np.array(rows, np.int64)
-        return numbers
+    def number_moves(self, line: Ints, move: Ints) -> Ints:
+        """The lines (n,) of moves (n,), which are (n,) in the program. Lines of a stretch count up with the moves."""
+        if not len(self.before):
+            return line
+        at = np.searchsorted(self.before, move, side="right") - 1
+        begin = np.where((at >= 0) & (move >= 0), self.line[at], 0)
+        return np.where(begin > 0, begin + move - self.before[at], line)
 
     def find_file(self, number: int) -> tuple[int, str | None, int | None]:
         """A line in its file, the file, and the line of the program that calls it; None where that is the program."""
@@ -302,27 +301,27 @@ class CalledLines(Struct, frozen=True):
         return tuple(one for one in edits if one.line < LINES_OF_A_CALL)
 
     def place(self, item: Finding) -> Finding:
-        """A finding of such a line, as one of the line that calls: its message begins with the file and the line.
+        """A finding of such a line, as one of the line that calls, ``called`` at that of the file.
 
         What would be written at lines of other files is left out.
         """
         message, edits = self.name_lines(item.message), self.keep_edits(item.edits)
-        last = None if item.last_line is None else self.show(item.last_line)
-        if item.line is None or item.line < LINES_OF_A_CALL:
-            return replace_fields(item, message=message, edits=edits, last_line=last)
-        name, line = f"{self.name_line(item.line)}: ", self.show(item.line)
-        message = message if message.startswith(name) else f"{name}{message}"
-        same = replace_fields(item, message=message, edits=edits, column=None, lines=())
-        return replace_fields(same, line=line, last_line=max(line, last or line), worst_line=line)
+        last, worst = (None if one is None else self.show(one) for one in (item.last_line, item.worst_line))
+        own_line, file, line = self.find_file(item.line or 0)
+        if file is None or line is None:
+            return replace_fields(item, message=message, edits=edits, last_line=last, worst_line=worst)
+        last, worst, place = max(line, last or line), worst or line, CalledPlace(file, own_line, item.column)
+        same = replace_fields(item, message=message, edits=edits, column=None, lines=(), called=place)
+        return replace_fields(same, line=line, last_line=last, worst_line=worst)
 
     def find_line(self, item: Finding) -> Finding:
-        """A finding of the text, with the line of the other file that its message names."""
-        for number, (file, line) in enumerate(self.calls, 1):
-            named_line = re.match(rf"{re.escape(file)}, line (\d++): ", item.message) if item.line == line else None
-            if named_line is not None:
-                own = number * LINES_OF_A_CALL + int(named_line[1])
-                return replace_fields(item, line=own, last_line=own, worst_line=own)
-        return item
+        """A finding of the text, with the line of the other file in which it stands."""
+        there = item.called
+        call = None if there is None else (there.file, item.line)
+        if there is None or call not in self.calls:
+            return item
+        own = (self.calls.index(call) + 1) * LINES_OF_A_CALL + there.line
+        return replace_fields(item, line=own, last_line=own, worst_line=own)
 
 
 #: A number that only lines of called files have, in a message.
@@ -517,7 +516,7 @@ class Moves(Struct, frozen=True):
             for name in ("events", "planes", "selections", "tcp_ends")
         }
         findings = tuple(called.find_line(one) for one in self.findings)
-        return replace(self, line=called.number_moves(self.line), findings=findings, **own)
+        return replace(self, line=called.number_moves(self.line, np.arange(len(self))), findings=findings, **own)
 
     @property
     def dwells(self) -> NDArray[np.intp]:

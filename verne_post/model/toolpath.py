@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, iterate_blocks
+from verne_post.model.moves import CalledLines
 from verne_post.model.splines import Splines
 
 
@@ -154,6 +155,7 @@ class ToolPath(Struct, frozen=True):
     dwell_line: Ints  #: (d,)
     first_pose: Array  #: (5,): Where the program starts, as ``start``.
     first_tool_length: float
+    called_lines: CalledLines = CalledLines()  #: Of the moves.
 
     def __len__(self) -> int:
         return len(self.line)
@@ -168,6 +170,10 @@ class ToolPath(Struct, frozen=True):
         lines, first = np.unique(self.line, return_index=True)
         at = np.clip(np.searchsorted(lines, line, side="right") - 1, 0, len(lines) - 1)
         return np.asarray(self.tool_length[first[at]])
+
+    def number_lines(self, segment: Ints) -> Ints:
+        """Lines (n,) of segments (n,) as ``called_lines`` counts them."""
+        return self.called_lines.number_moves(self.line[segment], self.move[segment])
 
     @property
     def dwell_segment(self) -> NDArray[np.intp]:

@@ -70,7 +70,7 @@ def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) ->
             reason = f"{', '.join(format_count(n, word) for n, word in counts if n)}: {reason}"
             reason += f" +{more}" if more else ""
         elif first is not None:
-            reason += f"{f' +{more}' if more else ''}: {make_printable(first.message)}"
+            reason += f"{f' +{more}' if more else ''}: {make_printable(first.full_message)}"
         rows.append([make_printable(str(one.program)), _name_result(one), time, count, reason])
     return rows
 

@@ -308,6 +308,7 @@ def _name_program(remedy: str, program: str, run: Run) -> str:
     return make_printable(re.sub(r"verne-post setup INPUT|INPUT\.toml|INPUT", lambda found: words[found[0]], remedy))
 
 
+_OF_FILE: Final = ("file", "file_line", "file_column")
 _KEYS: Final = (
     "code",
     "severity",
@@ -323,9 +324,7 @@ _KEYS: Final = (
     "count",
     "lines",
     "remedies",
-    "file",
-    "file_line",
-    "file_column",
+    *_OF_FILE,
 )
 
 
@@ -335,6 +334,8 @@ def make_records(findings: Sequence[Finding], program: str, run: Run = NO_RUN) -
     return [
         {
             **{key: getattr(item, key) for key in _KEYS},
+            "message": item.full_message,
+            **({} if item.called is None else dict(zip(_OF_FILE, item.called, strict=True))),
             "remedies": [one for one in item.remedies if not one.startswith(_NOTHING_FOUND)],
             "settled_by": [".".join(key) for key in item.settled_by],
             "remedy": describe_remedy(item, program, run),

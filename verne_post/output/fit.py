@@ -228,7 +228,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
             for index, name in enumerate(after.names)
         ],
         "blocked_by": [
-            {"code": item.code, "line": item.line, "axis": item.axis, "message": item.message}
+            {"code": item.code, "line": item.line, "axis": item.axis, "message": item.full_message}
             for item in ([] if fits else _select_blocking(proposal.findings))
         ],
     }

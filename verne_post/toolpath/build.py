@@ -195,6 +195,7 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
         dwell_line=moves.line[dwell],
         first_pose=first.pose[0],
         first_tool_length=float(first.length[0]),
+        called_lines=moves.called_lines,
     )
 
 

@@ -21,7 +21,7 @@ from verne_post.base.program_lines import find_word, find_word_of, remove_remark
 from verne_post.base.stopping import stop_by
 from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
-from verne_post.cli.lsp.inspector import IN_FILE, Inspected, Inspector, SupersededError, require_wanted
+from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError, require_wanted
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
@@ -513,7 +513,7 @@ def _write_before(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[F
 def _write_at_end(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """What ends the program; a caller cannot end its subprogram."""
     text = found.text
-    if re.search(IN_FILE, item.message):
+    if item.called is not None:
         return
     closing = re.search(r"(?<=\n)[ \t]*%\s*\Z", text)
     at = closing.start() if closing else len(text)

@@ -72,8 +72,6 @@ _OF_READING: Final = re.compile(r"\b(?:dialect|block_delete|control|fanuc|rs274|
 #: What only a call of a subprogram tells, and what is said where none is found.
 _NOT_KNOWN: Final = "place, tool, offsets, feed rate and values of variables are not known"
 _NO_CALLER: Final = f"no program is found, open or in this folder, that calls this file: {_NOT_KNOWN}"
-#: After the name of a called file, in what is found there.
-IN_FILE: Final = ", line ([0-9]+): "
 #: Legal programs whose plans are kept: the one that is shown, and one that an edit would lead to.
 KEPT: Final = 2
 #: Options that say which findings count.
@@ -581,19 +579,18 @@ def _is_of_words(item: Finding) -> bool:
 def _list_in_file(findings: Iterable[Finding], name: str) -> Iterator[Finding]:
     """What of the findings of a program stands in a file that it calls, with the lines of that file."""
     for item in findings:
-        if place := re.match(re.escape(name) + IN_FILE, item.message):
-            line = int(place[1])
-            own, edits = item.message[place.end() :], tuple(one for one in item.edits if one.way == "end")
+        place = item.called
+        if place is not None and place.file == name:
             yield replace(
                 item,
-                message=own,
-                line=line,
-                last_line=line,
-                worst_line=line,
-                column=None,
+                line=place.line,
+                last_line=place.line,
+                worst_line=place.line,
+                column=place.column,
                 count=1,
                 lines=(),
-                edits=edits,
+                edits=tuple(one for one in item.edits if one.way == "end"),
+                called=None,
             )
 
 

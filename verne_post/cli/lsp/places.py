@@ -3,10 +3,11 @@
 import re
 from collections.abc import Callable, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Final
 
 from lsprotocol import types as lsp
-from pygls.uris import from_fs_path
+from pygls.uris import from_fs_path, to_fs_path
 
 from verne_post.app.python_names import PLACE, replace_options
 from verne_post.base.printable import quote_key
@@ -135,10 +136,11 @@ def make_diagnostic(
         lsp.DiagnosticRelatedInformation(lsp.Location(uri, convert(find_range(other, lines))), describe_other(other))
         for other in (cause.others if uri is not None else ())
     ]
-    if item.file is not None and uri is not None:
-        there = lsp.Position((item.file_line or 1) - 1, 0)
-        address = from_fs_path(item.file) or ""
-        place = lsp.Location(address, lsp.Range(there, there))
+    file, line = (item.file, item.file_line) if item.called is None else (item.called.file, item.called.line)
+    if uri is not None and file is not None:
+        there = lsp.Position((line or 1) - 1, 0)
+        path = Path(to_fs_path(uri) or "").parent / file
+        place = lsp.Location(from_fs_path(str(path)) or "", lsp.Range(there, there))
         related.append(lsp.DiagnosticRelatedInformation(place, "it stands here"))
     return lsp.Diagnostic(
         range=convert(find_range(item, lines)),

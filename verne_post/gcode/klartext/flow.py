@@ -33,7 +33,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk
-from verne_post.model.findings import Remedy
+from verne_post.model.findings import CalledPlace, Remedy
 
 #: What the END PGM of a called file repeats.
 _BEGIN: Final = re.compile(rb"\s*(?:\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]+(\S+[ \t]+(?:MM|INCH))\b", re.IGNORECASE)
@@ -227,12 +227,13 @@ class _KlartextRun:
     def end_text(self, execution: Execution) -> bool:
         """The text ends without END PGM: an error."""
         text = self.calls.text
-        where = f"{text.name}, line {text.n_lines}: " if text.name else ""
-        inside = f"{where}the text ends inside a call" if self.calls.in_call else "the file ends"
+        place = CalledPlace(text.name, text.n_lines) if text.name else None
+        inside = "the text ends inside a call" if self.calls.in_call else "the file ends"
         what = f"{inside} without END PGM, M2 or M30"
         head = _BEGIN.match(text.source) if text.name else None
         edits = end_with("M30" if head is None else f"END PGM {head[1].decode('latin-1')}")
-        execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1), edits=edits)
+        line = self.calls.shown_line or max(text.n_lines, 1)
+        execution.report_at_line("VP010", what, line, edits=edits, place=place)
         return False
 
     def leave_call(self) -> None:

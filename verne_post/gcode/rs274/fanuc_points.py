@@ -15,7 +15,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.fanuc_codes import NURBS, PATTERNS, PLANE, POCKETS, ROTATION
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import CalledPlace, Finding, make_finding
 from verne_post.model.moves import FeedMode
 
 #: Least input increment (IS-B): of lengths in mm and in inches, of angles in degrees and of dwells in seconds.
@@ -57,24 +57,20 @@ def find_mixtures(source: Text, recorder: Recorder, setup: Setup, errors: Iterab
     called_texts = {setup.name_file(name, "ngc"): text for name, text in setup.subroutines.items()}
     texts = {"": source, **{name: called_texts[name] for name in recorder.lines.other_files if name in called_texts}}
     pointed_lines = {name: _find_pointed_line(text) for name, text in texts.items()}
-    in_error = [(item.line, item.message) for item in errors]
+    in_error = {("", item.line) if item.called is None else item.called[:2] for item in errors}
     for name, text in texts.items():
         own = name if pointed_lines[name] else next((one for one, line in pointed_lines.items() if line), None)
         if own is None:
             continue
         letters = _list_letters(text)
-        wrong = {line for line, _message in in_error}
-        if name:
-            heads = (re.match(re.escape(name) + r", line (\d+): ", message) for _line, message in in_error)
-            wrong = {int(head[1]) for head in heads if head is not None}
-        bare = [one for one in _find_words(text, _BARE, letters) if one[0] not in wrong]
+        bare = [one for one in _find_words(text, _BARE, letters) if (name, one[0]) not in in_error]
         if bare:
             there = "" if own == name else f" of {own}" if own else " of the program"
             of_units = text if _has_unit(text) else source
             found = _report_mixture(text, bare, f"line {pointed_lines[own]}{there}", of_units)
             if name:
-                line, message = recorder.lines.other_files[name], f"{name}, line {found.line}: {found.message}"
-                found = replace(found, message=message, line=line, last_line=line, worst_line=line, column=None)
+                line, place = recorder.lines.other_files[name], CalledPlace(name, found.line or 1, found.column)
+                found = replace(found, called=place, line=line, last_line=line, worst_line=line, column=None)
             yield found
 
 

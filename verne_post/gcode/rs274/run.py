@@ -22,7 +22,7 @@ from verne_post.gcode.rs274.recovery import OF_WORDS, Recovery, place_at_code
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.templates import find_word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
-from verne_post.model.findings import Finding, Remedy
+from verne_post.model.findings import CalledPlace, Finding, Remedy
 
 #: Numbers in a message.
 _VALUES: Final = re.compile(r"-?\d+(?:\.\d+)?")
@@ -295,7 +295,7 @@ class _BlockRun:
         flow, text = self.flow, self.calls.text
         percent = text.opening is not None
         starts = _find_last_start(text)
-        edits, also = end_with("M30"), ""
+        edits, also, place = end_with("M30"), "", None
         if starts is not None and self._last_codes[0] == starts[0]:
             right = Remedy("write M30", "30", line=starts[0], word=("M", 3.0), is_choice=True)
             edits = (right,) if self._last_codes[1] else (right, dataclasses.replace(edits[0], is_choice=True))
@@ -306,10 +306,10 @@ class _BlockRun:
         elif self.calls.in_call:
             ends = "M99" if flow.interpreter.custom_macro else "endsub or M99"
             last = (text.closing or text.n_lines + 1) - 1
-            where = f"{text.name}, line {last}: " if text.name else ""
             label = self.calls.frame.label
-            what = f"{where}O{label}, which has been called, runs on to the end of the text; expected {ends}"
+            what = f"O{label}, which has been called, runs on to the end of the text; expected {ends}"
             edits = end_with("M99") if flow.interpreter.custom_macro else ()
+            place = CalledPlace(text.name, last) if text.name else None
         elif text.closing is not None or flow.interpreter.ends_with_text:
             execution.recorder.record_event(self.calls.line, "end", code="%")
             if flow.interpreter.custom_macro and flow.interpreter.setup.machine and not execution.errors:
@@ -321,7 +321,8 @@ class _BlockRun:
             return False
         else:
             what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}{also}"
-        execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1), edits=edits)
+        line = self.calls.shown_line or max(text.n_lines, 1)
+        execution.report_at_line("VP010", what, line, edits=edits, place=place)
         return False
 
     def leave_call(self) -> None:

@@ -250,31 +250,33 @@ def _make_finding(
         The worst element, and for it and the first one the parameter where each is worst.
     """
     element, place_of = worst
+    path = contour.path
     first, at = (find_culprit(contour, one, place_of[one]) for one in (group[0], element))
-    last = int(contour.find_lines(np.array(group[-1:]))[0])
+    line, worst, last = path.number_lines(np.array([first, at, contour.segment[group[-1]]])).tolist()
     count = len(np.unique(contour.segment[group]))
-    return make_finding(code, message, line=first, last_line=last, worst_line=at, count=count, **values)
+    item = make_finding(code, message, line=line, last_line=last, worst_line=worst, count=count, **values)
+    return path.called_lines.place(item)
 
 
 def find_culprit(contour: Contour, element: int, w: float) -> int:
-    """The source line that has to be changed where element ``element`` is wrong at its parameter ``w``.
+    """The segment whose source line has to be changed where element ``element`` is wrong at its parameter ``w``.
 
     A segment only begins where the one before it was programmed to end. So that one is named for what is wrong there,
     or in the blend of the corner between them; but what is worst where that blend ends is due to its own line.
     """
     segment, path = int(contour.segment[element]), contour.path
-    own, before = int(path.line[segment]), segment - 1
+    before = segment - 1
     first = int(np.searchsorted(contour.segment, segment))
     if w >= 1.0 or not first or contour.segment[first - 1] != before or path.move[before] < 0:
-        return own
+        return segment
     u = float(contour.find_parameters(np.array([element]), np.array([w]))[0])
     reach = 0.0 if contour.corners is None else float(contour.corners.reach[segment + contour.corners.shift])
     if u > 0.5 or u * path.length[segment] > reach:
-        return own
+        return segment
     # another length of the tool, or another place of the part, is what the later line brings
     joined = np.abs(path.end[before, :3] - path.start[segment, :3]).max() <= LIMIT_SLACK_MM
     same = path.tool_length[before] == path.tool_length[segment]
-    return int(path.line[before]) if joined and same else own
+    return before if joined and same else segment
 
 
 def _split_causes(elements: Iterable[int], cause: Ints) -> Iterator[list[int]]:

@@ -71,7 +71,7 @@ def _write_annotation(report: Report, cause: Cause) -> str:
     measured = item.value is not None and item.worst_line
     stretch = f"worst in line {item.worst_line}" if measured else name_lines(item)
     stretch += "" if measured or item.count < 2 else f", {item.count} times"
-    text = "\n".join([item.message, *([stretch] if spread else []), *also, *remedies])
+    text = "\n".join([item.full_message, *([stretch] if spread else []), *also, *remedies])
     return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(text)}"
 
 

@@ -62,7 +62,7 @@ def _make_case(report: Report) -> ElementTree.Element:
     text = _clean("\n".join(lines))
     if (first := find_first_error(report.findings)) is not None:
         kind = "failure" if is_about_pose(first.code) else "error"
-        ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.message)).text = text
+        ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.full_message)).text = text
     elif report.verdict == Verdict.WARNINGS_FAIL:
         outcome = format_outcome(report.program, report.findings, fail_level=report.fail_level)
         ElementTree.SubElement(case, "failure", type="warning", message=outcome).text = text

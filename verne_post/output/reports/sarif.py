@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Final
 
 from verne_post.base.printable import format_json
@@ -95,6 +96,10 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
         replace(item, line=line, last_line=line, column=None, lines=()) for line in item.lines if line != item.line
     ]
     related += [{**_make_location(report.program, one), "message": {"text": "here too"}} for one in again]
+    if item.called is not None:
+        file = str(Path(report.program).parent / item.called.file)
+        there = replace(item, file=file, file_line=item.called.line, file_column=item.called.column, last_line=None)
+        related.append({**_make_location(report.program, there), "message": {"text": "it stands here"}})
     fingerprint = make_fingerprint(report, item, seen)
     properties = ("axis", "value", "limit", "unit", "count", "worst_line")
     return {
@@ -105,7 +110,7 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
         "message": {
             "text": "\n".join(
                 [
-                    item.message,
+                    item.full_message,
                     *(["in " + name_lines(item)] if item.lines else []),
                     *also,
                     *list_remedies(item, report.program, report.run),
