@@ -222,7 +222,7 @@ class Inspector:
             name = next((one for one in names if (caller.parent / one).resolve() == path.resolve()), None)
             if name is not None and run.options is not None:
                 found.run, found.file = run, name
-                found.findings = tuple(_list_in_file(run.findings, name))
+                found.findings = tuple(dict.fromkeys(_list_in_file(run.findings, name)))
                 verdict = self.find_notes(run)[0][1]
                 found.note = f"a subprogram: checked where {caller.name} calls it; {caller.name}: {verdict}"
                 if run.made.program is not None:
