@@ -49,10 +49,13 @@ class LineCounter(Struct):
         place = self.place
         if place is None or not place.name:
             return OwnLine(line)
-        call = place.name, place.shown_line
-        number = self._numbers.setdefault(call, len(self.calls) + 1)
+        return self.number_in(place.name, place.shown_line, line)
+
+    def number_in(self, file: str, shown_line: int, line: int) -> OwnLine:
+        """A line of a file, which ``shown_line`` calls."""
+        number = self._numbers.setdefault((file, shown_line), len(self.calls) + 1)
         if number > len(self.calls):
-            self.calls.append(call)
+            self.calls.append((file, shown_line))
         return OwnLine(number * LINES_OF_A_CALL + line)
 
     def find_edits(self, edits: tuple[Remedy, ...]) -> tuple[Remedy, ...]:

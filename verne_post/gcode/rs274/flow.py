@@ -225,8 +225,9 @@ class Flow:
         try:
             subs = text_of_file.structure.subs
         except ProgramError as error:
-            error.message = f"{text_of_file.name}, line {error.line}: {error.message}"
-            error.line, error.column, error.breaks_structure = None, None, False
+            lines, calling_line = self.interpreter.recorder.lines, self.calls.show(self.calls.line - 1)
+            error.line = lines.number_in(text_of_file.name or "", calling_line, error.line or 1)
+            error.breaks_structure = False
             raise
         if label not in subs:
             raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
