@@ -131,7 +131,7 @@ class Execution(Struct):
         column = error.column if file is None else None
         there = (one if one.line or one.key else replace(one, line=shown_number) for one in error.edits)
         edits = called_lines.keep_edits(
-            tuple(one for one in there if file is None or one.key or isinstance(one.line, OwnLine))
+            tuple(one for one in there if file is None or one.key or one.way == "end" or isinstance(one.line, OwnLine))
         )
         reason = error.about, error.settled_by, error.cause, edits, error.advice
         self.report_at_line(error.code, message, shown_number, column, *reason, place=place)
