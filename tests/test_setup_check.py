@@ -432,6 +432,30 @@ def test_a_work_offset_that_is_missing_beside_others_refuses(more, wcs, expected
         assert vp.check(BODY.format(length="", more=more), "verne", all_given).ok
 
 
+@pytest.mark.parametrize(
+    ("rapid", "said"),
+    [
+        (
+            "G0 X5 Z-5",
+            ["a rapid with length 80, and tool 2 is 95 mm long: its tip goes down to Z-20; activate its length"],
+        ),
+        ("G0 X5", []),  # as CAM posts move before G43
+        ("G0 X5 Z40", []),
+        ("G0 X5 Z-5 (T1 AGAIN)", []),
+    ],
+)
+def test_a_rapid_with_the_length_of_the_shorter_tool_before_goes_below_the_zero_of_the_part(rapid, said):
+    """Only a cut with that length was told."""
+    number = 1 if "AGAIN" in rapid else 2
+    program = f"G21 G90\nT1 M6\nG0 X0 Y0 A0 C0\nG43 Z90 H1\nT{number} M6\n{rapid}\nG43 Z95 H{number}\nG0 X10\nM2\n"
+    tools = {1: (80.0, 6.0), 2: (95.0, 6.0)}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, split_at_stops=True, dialect="rs274")
+    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP034"]
+    assert [(item.line, item.message[: len(text)]) for item, text in zip(found, said, strict=True)] == [
+        (6, text) for text in said
+    ]
+
+
 def test_rapids_before_the_first_work_system_do_not_use_the_one_before():
     program = "G21 G90 F600\nG0 Z90\nG55 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n"
     found = vp.check(program, "verne", vp.Options(tool_length=80.0, wcs={"G55": (0, 0, 30)})).findings

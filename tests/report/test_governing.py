@@ -606,6 +606,10 @@ def test_a_tool_has_one_row_with_the_length_it_works_with() -> None:
     said = (
         "before the tool&#x27;s own length is active have that of the tool before. T2 has 80 mm: its tip is 15 mm lower"
     )
+    assert f"<p>Rapids {said} than the program says.</p>" in sheet
+    lowered = study_of(program.replace("G0 X5", "G0 X5 Z-5"), tool_length=None, tools=tools, split_at_stops=True)
+    assert [one.code for one in lowered.findings if one.line == 7] == ["VP034"]
+    sheet = write_sheet_html("p.nc", program.encode(), MACHINE, lowered)
     assert f"<p>Danger: rapids {said} than the program says.</p>" in sheet
     program = program.replace("T2 M6\nG0 X5", "G1 Z90\nT2 M6\nG1 X5")  # without the retract it is an error
     fed = study_of(program, tool_length=None, tools=tools, split_at_stops=True)

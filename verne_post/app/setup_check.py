@@ -362,9 +362,9 @@ def _find_deepest_cut(path: ToolPath, stretch: _Stretch) -> float:
 
 
 def _find_low_rapid(
-    moves: Moves, path: ToolPath, stretch: _Stretch, own: float, radius: float
+    moves: Moves, path: ToolPath, stretch: _Stretch, longer_by: float, radius: float
 ) -> tuple[int, bool, str]:
-    """The first rapid to program coordinates that takes the tip of a tool of length ``own`` too low; -1 without one.
+    """The first rapid to program coordinates that takes the tip too low, ``longer_by`` mm lower; -1 without one.
 
     With whether that is below the table face, and where it is. It may also go down to below Z0, where a part can be.
     """
@@ -373,7 +373,7 @@ def _find_low_rapid(
         rows = slice(stretch.begin + block, stretch.begin + stop)
         move, start, end = path.move[rows], path.start[rows], path.end[rows]
         axis = find_axis_of_angles(end[:, 3], end[:, 4])
-        tip, height = end[:, :3] - own * axis, moves.end[move, 2] - own
+        tip, height = end[:, :3] - longer_by * axis, moves.end[move, 2] - longer_by
         is_rapid = (moves.kind[move] == MoveKind.RAPID) & (move >= 0) & ~np.isin(move, moves.machine_moves)
         is_under = (tip[:, 2] < -LIMIT_SLACK_MM) & ((tip[:, :2] ** 2).sum(axis=1) < radius**2)
         low = np.flatnonzero(is_rapid & is_under)
@@ -401,7 +401,8 @@ def _check_lengths(
 ) -> Iterator[Finding]:
     """VP034: tools that cut without a length, or with that of another tool, each once; VP049 where it is an error.
 
-    A rapid without a length is one, too, that takes the tip of a tool of known length below the face of the table.
+    So is a rapid without a length, or with that of the tool before, that takes the tip of a longer tool below the face
+    of the table; one that goes down to below Z0 is in doubt.
 
     Where a change of tools is missing (VP041), the length follows from that: this finding is the error in its place.
 
@@ -427,14 +428,16 @@ def _check_lengths(
     for stretch, stretch_before in zip(stretches, (None, *stretches), strict=False):
         tool, length = stretch.tool, stretch.length
         before += [] if tool in before else [tool]
-        with_length |= {tool} if length else set()
         own = lengths.get(tool, 0.0)
         spindle = tool if tool or moves.language != "heidenhain" else spindle
         mounted = lengths.get(spindle, 0.0)
-        if not length and mounted and not rapid[1]:
-            at, is_under, where = _find_low_rapid(moves, path, stretch, mounted, radius)
+        owners = [one for one in called if one != tool and lengths.get(one) == length]
+        is_carried = bool(length and owners) and own != length and tool in lengths
+        with_length |= {tool} if length and not is_carried else set()
+        if (not length or is_carried) and mounted > length and not rapid[1]:
+            at, is_under, where = _find_low_rapid(moves, path, stretch, mounted - length, radius)
             if at >= 0 and (is_under or rapid[0] < 0):
-                text = _describe_low_rapid(tool, spindle, mounted, names, where, moves.language)
+                text = _describe_low_rapid(tool, spindle, mounted, length, names, where, moves.language)
                 change = _find_change(moves, at) if tool and needs_code and tool not in with_length else 0
                 edits = _make_activations(tool, change, moves.language)
                 if change:
@@ -444,9 +447,8 @@ def _check_lengths(
                     text = f"{text.rpartition('; ')[0]}; {_describe_ended_length(moves, path, stretch)}"
                     edits = _make_activations(tool, int(moves.line[at]), moves.language, is_before=True)
                 rapid = at, is_under and spindle == tool, text, edits
-        owners = [one for one in called if one != tool and lengths.get(one) == length]
         owner = next((one for one in before if one in owners), None)
-        if length and (not owners or own == length or tool not in lengths):
+        if length and not is_carried:
             continue
         first, low = _find_cuts(moves, path, stretch, stretch_before)
         if first < 0:
@@ -638,9 +640,9 @@ def _describe_bare_tool(
 
 
 def _describe_low_rapid(
-    tool: int, spindle: int, own: float, names: Mapping[int, str], where: str, language: str
+    tool: int, spindle: int, own: float, length: float, names: Mapping[int, str], where: str, language: str
 ) -> str:
-    """Why a rapid without a length is too low, and what to do; ``tool`` is 0 where the spindle may be empty."""
+    """Why a rapid without its tool's length is too low, and what to do; for ``tool`` 0 the spindle may be empty."""
     name = describe_tool_number(spindle, names)
     remedy = f"write it in machine coordinates ({_get_machine_word(language)}), or keep the length in force"
     if not tool:
@@ -648,7 +650,7 @@ def _describe_low_rapid(
             f"a rapid with length 0 after TOOL CALL 0: if {name}, {own:g} mm long, is still in the spindle, its tip "
             f"goes {where}; {remedy}"
         )
-    return f"a rapid with length 0, and {name} is {own:g} mm long: its tip goes {where}; {remedy}"
+    return f"a rapid with length {length:g}, and {name} is {own:g} mm long: its tip goes {where}; {remedy}"
 
 
 def _describe_ended_length(moves: Moves, path: ToolPath, stretch: _Stretch) -> str:

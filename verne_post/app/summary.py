@@ -151,7 +151,7 @@ def list_tool_lengths(program: Program) -> ToolLengths:
             if key[0] != before[0] and key[1] == before[1]:
                 taken_over.add(key)
             if (key in taken_over or not mm) and not feeds[key]:
-                lines.setdefault(key, set()).update(of_stretch.tolist())
+                lines.setdefault(key, set()).update(of_stretch[of_stretch > 0].tolist())  # 0: an approach
             before = key
     measured = {number for number, length in feeds if length != 0}
     bare = {key for key, fed in feeds.items() if key[1] == 0 and not fed and key[0] in measured}

@@ -251,7 +251,8 @@ def _describe_carried(study: Study) -> str:
         where = f"its tip is {abs(above):g} mm {'lower' if above < 0 else 'higher'} than the program says"
         carried.append(f"{spell_tool_word(number, names)} has {used:g} mm: {where}")
     said = "Rapids before the tool's own length is active have that of the tool before"
-    return f"{'Danger: r' if lowest < 0 else 'R'}{said[1:]}. {'; '.join(carried)}." if carried else ""
+    in_doubt = lowest < 0 and any(one.code == "VP034" for one in study.findings)  # else they are far above the part
+    return f"{'Danger: r' if in_doubt else 'R'}{said[1:]}. {'; '.join(carried)}." if carried else ""
 
 
 def list_offsets(machine: Machine, study: Study) -> list[Row]:
