@@ -68,8 +68,14 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
         found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
         assert "VP034" not in [item.code for item in found]
     # without a retract the tip is where the tool before has cut: nothing else can be meant
-    found = vp.check(program.replace("G0 Z90\n", "").format(""), "verne", options).findings
-    assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "error", 7)]
+    at_depth = program.replace("G0 Z90\n", "")
+    for text, severity in (
+        (at_depth.replace("Z80", "Z0"), "error"),
+        (at_depth, "warning"),  # above Z0 it may be in air
+        (at_depth.replace("Z80", "Z0").replace("G1 X6 F600\nX7", "G1 Z40 F600"), "warning"),  # a retract at feed rate
+    ):
+        found = vp.check(text.format(""), "verne", options).findings
+        assert [(item.code, item.severity, item.line) for item in found] == [("VP034", severity, 7)]
     found = vp.check(program.format("G43 H1\n"), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP049", "warning", 8)]  # one cause
 

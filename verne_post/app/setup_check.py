@@ -332,12 +332,11 @@ def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch, before: _Stretch
 
     Before a tool goes down, its length is no matter: posts move a retracted head at feed rate where a control of theirs
     has no fast rapids, and call the length after that. Nothing is retracted where the stretch ``before`` ends at its
-    deepest cut.
+    deepest cut: then feed moves that do not rise, up to Z0 of the program, are cuts.
     """
     begins_at = path.start[stretch.begin, 2]
     first, floor = -1, begins_at - LIMIT_SLACK_MM
-    if before is not None and begins_at <= _find_deepest_cut(path, before) + LIMIT_SLACK_MM:
-        floor = math.inf
+    goes_on = before is not None and begins_at <= _find_deepest_cut(path, before) + LIMIT_SLACK_MM
     for block, stop in iterate_blocks(stretch.end - stretch.begin):
         begin, end = stretch.begin + block, stretch.begin + stop
         move = path.move[begin:end]
@@ -345,7 +344,9 @@ def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch, before: _Stretch
         if not len(cuts):
             continue
         first = int(move[cuts[0]]) if first < 0 else first
-        low = cuts[np.minimum(path.start[begin:end][cuts, 2], path.end[begin:end][cuts, 2]) < floor]
+        start, final = path.start[begin:end][cuts, 2], path.end[begin:end][cuts, 2]
+        in_part = (final <= start + LIMIT_SLACK_MM) & (moves.end[move[cuts], 2] <= LIMIT_SLACK_MM)
+        low = cuts[(np.minimum(start, final) < floor) | (goes_on & in_part)]
         if len(low):
             return first, int(move[low[0]])
     return first, -1

@@ -12,7 +12,7 @@ _REMARKS: Final = {**dict.fromkeys(("siemens", "heidenhain"), r"(\"[^\"]*\")|;.*
 _REMARKS_IN_PARENTHESES: Final = r"\([^)]*\)?|;.*"
 #: So many characters of a line are read, apart from remarks. Blocks of controls have 255 to 512; Python reads whole
 #: numbers of up to 4300 digits.
-LONGEST_LINE: Final = 4000
+LONGEST_LINE: Final = 16000
 
 
 def remove_remarks(line: str, dialect: str = "") -> str:

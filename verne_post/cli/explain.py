@@ -9,7 +9,6 @@ from typing import Any, Final
 import click
 
 from verne_post.base.numbers import is_count
-from verne_post.base.program_lines import LONGEST_LINE
 from verne_post.cli.common import load, read_program, refuse
 from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.options import INPUT, GroupedCommand, add_program_options, find_given_run
@@ -20,6 +19,8 @@ from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.output.commands import WITHOUT
 
 _LINE_OF_INPUT: Final = re.compile(r"-:\d+")
+#: So many characters of a pasted line are read: each statement of every language is sought in it.
+_LONGEST_PASTED: Final = 4000
 
 
 class ExplainCommand(GroupedCommand):
@@ -89,8 +90,8 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     if colon and not is_count(number) and os.path.isfile(name):
         raise click.UsageError(f"{what}: {number!r} is no line number; such as {spell(name)}")
     if not colon or not is_count(number):
-        if len(what) > LONGEST_LINE:
-            raise click.UsageError(f"the line has {len(what)} characters; at most {LONGEST_LINE} are read")
+        if len(what) > _LONGEST_PASTED:
+            raise click.UsageError(f"the line has {len(what)} characters; at most {_LONGEST_PASTED} are read")
         from verne_post.gcode.known_words import describe_word, find_near_word, name_axes
         from verne_post.gcode.line_words import UnreadWord
         from verne_post.gcode.pasted_line import describe_pasted

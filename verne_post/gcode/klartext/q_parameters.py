@@ -20,7 +20,7 @@ _NEXT_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _OPERATORS: Final = {1: r"\+", 2: "-", 3: r"\*", 4: "/|DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 13: "ANG"}
 #: The same as messages name them.
 _NAMES: Final = {number: "DIV" if number == 4 else sign.lstrip("\\") for number, sign in _OPERATORS.items()}
-_LETTER_FOR_1: Final = re.compile(r"([-+]?\d+)[lI](?!\w)")
+_LETTER_FOR_1: Final = re.compile(r"((?:[-+]|(?<!\d))\d++)[lI](?!\w)")
 #: Where a part of FN ends: a word before anything but a letter, a number before anything but a digit, as in Q1DIV+2.
 _END_OF_PART: Final = r"(?:(?<![A-Z])|(?![A-PR-Z_]|Q(?![LRS]?\d)))(?:(?<!\d)|(?![\d_]))"
 _ANY_LABEL: Final = r"\"[^\"]*\"|\d+|QS\d+"
@@ -366,7 +366,11 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
         )
     ):
         return statement.error("VP001", f"{word[0]}: a letter in the number; did you mean {right}?", at)
-    elif word is not None and word[0].isdigit() and (before := re.search(r"[-+]?Q?\d+[ \t]*$", statement.rest[:at])):
+    elif (
+        word is not None
+        and word[0].isdigit()
+        and (before := re.search(r"[-+]?Q?(?<!\d)\d++[ \t]*+$", statement.rest[:at]))
+    ):
         written_word = f"{before[0]}{statement.rest[at : statement.rest.index(word[0], at)]}{word[0]}"
         right = "".join(written_word.split())
         return statement.refuse_word(written_word, "a blank is in the number", right, at=before.start())

@@ -79,7 +79,7 @@ MODAL_ADDRESSES: Final = (
     "RP",
     "SPOS",
 )
-_LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9]|\.[0-9])")
+_LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*+(?:[+-][ \t]*+)?(?:[0-9]|\.[0-9])")
 #: AC and its value without parentheses.
 _MODE_AND_NUMBER: Final = re.compile(
     r"(ACP|ACN|AC|IC|DC)(?![A-Z_])[ \t]*([-+]?(?:\d+\.?\d*|\.\d+)(?![\w.]))?", re.IGNORECASE
