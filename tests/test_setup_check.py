@@ -1,6 +1,5 @@
 """VP033, VP034, VP040, VP049, VP050, VP055, VP505: what set-up and program leave open although the program uses it."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,15 +7,11 @@ import pytest
 import verne_post as vp
 from verne_post.output.findings import describe_remedy
 
+from .builders import check_unplanned as check
+
 BODY = "G21 G90 F600\n{length}\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n{more}M2\n"
 TOOLS = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))}
 OF_10_MM = {1: vp.Tool(1, 1, TOOLS[1].offset, 10.0)}
-
-
-def check(source, machine, options):
-    """What :func:`verne_post.check` finds before it plans, which tells nothing of a set-up."""
-    result = vp.check(source, machine, options, limits_only=True)
-    return replace(result, findings=tuple(item for item in result.findings if item.code != "VP421"))
 
 
 def warnings(length="", more="", **options):
