@@ -21,12 +21,14 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, FixtureMesh, Tool, WorkOffset
 from verne_post.report.comparison import Side, make_side, write_comparison
 
-from ..builders import SAMPLES
+from ..builders import ROOT, SAMPLES
 from .test_report import NASTY_PROGRAM, ONE_IN_3000, embedded
 from .test_surfaces import FLOOR, make_options
 
 pytest.importorskip("jupyter_threejs_sage")
 webdriver = pytest.importorskip("selenium.webdriver")
+DRAWING = runpy.run_path(str(ROOT / "docs" / "pictures" / "_browser.py"))
+settle, drawn = DRAWING["settle"], DRAWING["drawn"]
 
 WHOLE_MACHINE = ("fit", "top", "front", "tool")
 #: A4 without the margins of 12 mm, in pixels of the page.
@@ -183,17 +185,6 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
 COMPARED = {"two": ("blade", "pocket"), "refused and not": ("travel", "pocket"), "neither": ("unreadable", "nasty")}
 
 
-#: Nothing is drawn of the machine until somebody looks (``drawn``): by software it would take most of the time.
-_DRAW_WHEN_ASKED = """
-for (const name of ['drawArrays', 'drawArraysInstanced', 'drawElements', 'drawElementsInstanced']) {
-  const own = WebGL2RenderingContext.prototype[name];
-  WebGL2RenderingContext.prototype[name] = function (...words) {
-    if (window.isDrawn) own.apply(this, words); else window.isToBeDrawn = true;
-  };
-}
-"""
-
-
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """Debian's chromium without a screen; skipped where it is not installed (.ci/run installs it).
@@ -225,7 +216,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     running = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
     running.set_script_timeout(60)
-    running.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": _DRAW_WHEN_ASKED})
+    running.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": DRAWING["DRAW_WHEN_ASKED"]})
     yield running
     running.quit()
 
@@ -320,23 +311,6 @@ def press(browser: Any, *keys: str) -> None:
     js(browser, "document.activeElement.blur()")
     for key in keys:
         browser.find_element("tag name", "body").send_keys(key)
-
-
-@contextmanager
-def drawn(browser: Any) -> Iterator[None]:
-    """The machine is drawn meanwhile; what the page has asked to be drawn before, at once, and nothing else."""
-    settle(browser)
-    js(browser, "[window.isDrawn = true, window.isToBeDrawn && report.scene.draw()]")
-    settle(browser)
-    yield
-    js(browser, "[window.isDrawn = false, window.isToBeDrawn = false]")
-
-
-def settle(browser: Any) -> None:
-    """Wait until what was asked to be drawn is drawn."""
-    browser.execute_async_script(
-        "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 0)))"
-    )
 
 
 def pixels(browser: Any, name: str) -> np.ndarray:
