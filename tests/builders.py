@@ -70,6 +70,12 @@ def read_values(cell: str) -> list[tuple[str, int]]:
     ]
 
 
+def check_unplanned(program: Any, machine: Any, options: Options) -> verne_post.Result:
+    """What :func:`verne_post.check` finds before it plans: all about a text, its set-up, limits and obstacles."""
+    result = verne_post.check(program, machine, options, limits_only=True)
+    return replace(result, findings=tuple(item for item in result.findings if item.code != "VP421"))
+
+
 def load_maker(name: str) -> ModuleType:
     """A script beside the pages; docs are no package."""
     spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / f"{name}.py")

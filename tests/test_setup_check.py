@@ -7,13 +7,15 @@ import pytest
 import verne_post as vp
 from verne_post.output.findings import describe_remedy
 
+from .builders import check_unplanned as check
+
 BODY = "G21 G90 F600\n{length}\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n{more}M2\n"
 TOOLS = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))}
 OF_10_MM = {1: vp.Tool(1, 1, TOOLS[1].offset, 10.0)}
 
 
 def warnings(length="", more="", **options):
-    result = vp.check(BODY.format(length=length, more=more), "verne", vp.Options(**options))
+    result = check(BODY.format(length=length, more=more), "verne", vp.Options(**options))
     assert all(item.severity == "warning" for item in result.findings), result.findings
     return [(item.code, item.line) for item in result.findings if item.code in ("VP033", "VP034")]
 
@@ -45,7 +47,7 @@ def test_what_nobody_has_given(options, length, more, expected):
 def test_a_length_of_0_in_the_tool_table_is_told_as_such(program, line, text):
     """The warning asked for G43 where the program has it."""
     options = vp.Options(tools=TOOLS | {2: vp.Tool(2, 2, (0.0,) * 9)}, wcs={"G54": (0, 0, 30)})
-    result = vp.check(f"G21 G90 F600\n{program}M2\n".replace("G43", "S900 M3 G43"), "verne", options)
+    result = check(f"G21 G90 F600\n{program}M2\n".replace("G43", "S900 M3 G43"), "verne", options)
     assert [(item.code, item.line) for item in result.findings] == [("VP034", line)]
     assert text in result.findings[0].message
     assert result.findings[0].severity == ("error" if "G49" in program else "warning")
@@ -59,13 +61,13 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
         "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\n{}S900 M3 G1 X6 F600\nX7\nM2\n"
     )
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
-    found = vp.check(program.format(""), "verne", options).findings
+    found = check(program.format(""), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "warning", 8)]
     assert "tool 2 cuts with a length of 80 mm, which is that of tool 1; its own is 110 mm" in found[0].message
     assert found[0].message.endswith("(G43 H2) after line 7, or the tip is 30 mm off")
     assert describe_remedy(found[0], "p.nc") == ""  # --tool-length 0 is not what is meant
     for offset in (2, 22):
-        found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
+        found = check(program.format(f"G43 H{offset}\n"), "verne", options).findings
         assert "VP034" not in [item.code for item in found]
     # without a retract the tip is where the tool before has cut: nothing else can be meant
     at_depth = program.replace("G0 Z90\n", "")
@@ -74,9 +76,9 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
         (at_depth, "warning"),  # above Z0 it may be in air
         (at_depth.replace("Z80", "Z0").replace("G1 X6 F600\nX7", "G1 Z40 F600"), "warning"),  # a retract at feed rate
     ):
-        found = vp.check(text.format(""), "verne", options).findings
+        found = check(text.format(""), "verne", options).findings
         assert [(item.code, item.severity, item.line) for item in found] == [("VP034", severity, 7)]
-    found = vp.check(program.format("G43 H1\n"), "verne", options).findings
+    found = check(program.format("G43 H1\n"), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP049", "warning", 8)]  # one cause
 
 
@@ -91,7 +93,7 @@ def test_the_length_of_a_tool_that_the_program_calls_is_no_offset_of_another(fir
     cut = "M6\nM3 S900\nG0 X0 Y0\nG43 Z40 {}\nG1 Z20 F600\nX5\nG0 Z40\nM5\n"
     program = f"G21 G90 G94\nG0 A0 C0\nT1 {cut.format(first)}T2 {cut.format(second)}M2\n"
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
-    result = vp.check(program, "verne", options)
+    result = check(program, "verne", options)
     told = [(item.severity, item.line, item.column) for item in result.findings if item.code == "VP049"]
     assert told == ([(severity, 6 if first != "H1" else 14, 9)] if severity else [])
     assert result.ok == (severity != "error")
@@ -110,7 +112,7 @@ def test_a_rapid_without_length_after_a_tool_change_lacks_g43(change, before, sa
     program = "G21 G90 G94\nG0 A0 C0\nT1 M6\nG43 H1\nM3 S900\nG0 X0 Y0 Z60\nG1 Z20 F600\nG0 Z60\nG49\n"
     program += f"{change}\nM3 S900\n{before}\nG0 X0 Y0 Z30\nG1 Z20 F600\nG0 Z90\nM5\nM2\n"
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
-    (item,) = vp.check(program, "verne", options).findings
+    (item,) = check(program, "verne", options).findings
     assert (item.code, item.severity) == ("VP034", "error")
     assert said in item.message
     assert "--tool-length 0" not in describe_remedy(item, "p.nc")  # it is not what is meant
@@ -123,7 +125,7 @@ def test_a_tool_change_that_is_forgotten_refuses() -> None:
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
     for change, severity in (("T2", ["error"]), ("T2 M6", [])):
         program = f"G21 G90 G94\nG0 A0 C0\nT1 M6\n{cut.format(1, 'T2')}{change}\n{cut.format(2, 'T1')}M2\n"
-        found = vp.check(program, "verne", options).findings
+        found = check(program, "verne", options).findings
         assert [(item.code, item.line) for item in found] == [("VP041", 12)][: len(severity)]
         assert [item.severity for item in found] == severity
         assert all("T2 only selects the tool, and no M6 loads it: H2 in line 15 puts" in one.message for one in found)
@@ -165,7 +167,7 @@ def check_text(dialect: str, text: str) -> list[tuple[str, str, str, str]]:
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 40)}, dialect=dialect, split_at_stops=True, control=control)
     return [
         (item.code, item.severity, text.splitlines()[(item.line or 0) - 1], item.message)
-        for item in vp.check(text, "verne", options).findings
+        for item in check(text, "verne", options).findings
         if item.code not in ("VP046", "VP421")
     ]
 
@@ -298,7 +300,7 @@ def test_a_speed_above_that_of_the_spindle(tmp_path, machine, old, new):
     )
     options = vp.Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 60.0)})
     for name, lines in ((machine, []), (str(path), [(5, 12000.0), (7, 12000.0)])):
-        found = vp.check(program, name, options).findings
+        found = check(program, name, options).findings
         assert [(one.line, one.limit) for one in found if one.code == "VP055"] == lines
     path.write_text(path.read_text().replace("12000", "12"))
     assert "if krpm were meant" in " ".join(one.message for one in vp.load_machine(str(path)).warnings)
@@ -399,10 +401,10 @@ def test_what_turns_the_table_has_the_axes_of_the_machine(machine, axes, paramet
     placed = {"tool_length": 60.0, "wcs": {"G54": (0, 0, 200)}}
     plane = "PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY\nL X+0 Y+0 R0 FMAX\nL Z-2 F300\nM30\nEND PGM T MM\n"
     klartext = f"BEGIN PGM T MM\nTOOL CALL 1 Z S5000 F500\nM3\nL Z+100 FMAX\n{plane}"
-    [item] = vp.check(klartext, machine, vp.Options(dialect="heidenhain", **placed)).findings
+    [item] = check(klartext, machine, vp.Options(dialect="heidenhain", **placed)).findings
     assert f"or turn {axes} to its {parameters} (" in item.message
     swivel = 'T1 D1 M6\nS1 M3\nG0 Z100\nCYCLE800(0,"",0,57,0,0,0,0,20,0,0,0,0,0)\nG0 X0 Y0\nG1 Z-2 F300\nM30\n'
-    [item] = vp.check(swivel, machine, vp.Options(dialect="siemens", **placed)).findings
+    [item] = check(swivel, machine, vp.Options(dialect="siemens", **placed)).findings
     assert item.message.endswith(f"or turn {axes}")
 
 
@@ -427,7 +429,7 @@ def test_what_turns_the_table_has_the_axes_of_the_machine(machine, axes, paramet
 )
 def test_a_work_offset_that_is_missing_beside_others_refuses(more, wcs, expected):
     """Cuts were made at the rotary centre because a line of the set-up was forgotten, and a warning went by."""
-    found = vp.check(BODY.format(length="", more=more), "verne", vp.Options(tool_length=80.0, wcs=wcs)).findings
+    found = check(BODY.format(length="", more=more), "verne", vp.Options(tool_length=80.0, wcs=wcs)).findings
     items = [item for item in found if item.code == "VP033"]
     assert bool(items) == (expected is not None)
     if expected is not None:
@@ -435,7 +437,7 @@ def test_a_work_offset_that_is_missing_beside_others_refuses(more, wcs, expected
         assert items[0].severity == severity
         assert text in items[0].message
         all_given = vp.Options(tool_length=80.0, wcs=dict.fromkeys(("G54", "G55", "G59.1"), (0, 0, 30)))
-        assert vp.check(BODY.format(length="", more=more), "verne", all_given).ok
+        assert check(BODY.format(length="", more=more), "verne", all_given).ok
 
 
 @pytest.mark.parametrize(
@@ -456,7 +458,7 @@ def test_a_rapid_with_the_length_of_the_shorter_tool_before_goes_below_the_zero_
     program = f"G21 G90\nT1 M6\nG0 X0 Y0 A0 C0\nG43 Z90 H1\nT{number} M6\n{rapid}\nG43 Z95 H{number}\nG0 X10\nM2\n"
     tools = {1: (80.0, 6.0), 2: (95.0, 6.0)}
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, split_at_stops=True, dialect="rs274")
-    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP034"]
+    found = [item for item in check(program, "verne", options).findings if item.code == "VP034"]
     assert [(item.line, item.message[: len(text)]) for item, text in zip(found, said, strict=True)] == [
         (6, text) for text in said
     ]
@@ -464,7 +466,7 @@ def test_a_rapid_with_the_length_of_the_shorter_tool_before_goes_below_the_zero_
 
 def test_rapids_before_the_first_work_system_do_not_use_the_one_before():
     program = "G21 G90 F600\nG0 Z90\nG55 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n"
-    found = vp.check(program, "verne", vp.Options(tool_length=80.0, wcs={"G55": (0, 0, 30)})).findings
+    found = check(program, "verne", vp.Options(tool_length=80.0, wcs={"G55": (0, 0, 30)})).findings
     assert {item.severity for item in found} <= {"warning"}
 
 
@@ -484,7 +486,7 @@ def test_rapids_before_the_first_work_system_do_not_use_the_one_before():
 )
 def test_a_tool_that_comes_down_without_its_length_refuses(program, severity, text):
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
-    (found,) = vp.check(f"G21 G90 F600 S900\n{program}M2\n".replace("M6\n", "M6 M3\n"), "verne", options).findings
+    (found,) = check(f"G21 G90 F600 S900\n{program}M2\n".replace("M6\n", "M6 M3\n"), "verne", options).findings
     assert (found.code, found.severity) == ("VP034", severity)
     assert text in found.message
 
@@ -524,9 +526,9 @@ def test_a_tool_that_comes_down_with_the_length_of_another_refuses() -> None:
         "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\nS900 M3 G1 X6 F600\n{}Z70\nM2\n"
     )
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
-    (found,) = vp.check(program.format(""), "verne", options).findings
+    (found,) = check(program.format(""), "verne", options).findings
     assert (found.code, found.severity, found.line) == ("VP034", "error", 9)
-    (found,) = vp.check(program.format("G43 H2\n"), "verne", options).findings
+    (found,) = check(program.format("G43 H2\n"), "verne", options).findings
     assert (found.code, found.severity, found.line) == ("VP034", "warning", 8)
 
 
@@ -553,7 +555,7 @@ CUTS = "G1 X10 F500\nY10\nM30\n"
 def test_a_tolerance_of_the_program_that_cannot_be_meant(dialect, program, said):
     """G64 P10 passed without a word, though --tolerance 10 has a warning."""
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
-    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP505"]
+    found = [item for item in check(program, "verne", options).findings if item.code == "VP505"]
     assert [said in item.message for item in found] == ([True] if said else [])
     for item in found:
         line = program.split("\n")[item.line - 1]
@@ -561,7 +563,7 @@ def test_a_tolerance_of_the_program_that_cannot_be_meant(dialect, program, said)
 
 
 def test_a_name_that_begins_like_another_is_a_system_of_its_own():
-    result = vp.check(BODY.format(length="", more="G59.1 X0\nG59 X2\n"), "verne", vp.Options(tool_length=80.0))
+    result = check(BODY.format(length="", more="G59.1 X0\nG59 X2\n"), "verne", vp.Options(tool_length=80.0))
     texts = " ".join(item.message for item in result.findings if item.code == "VP033")
     assert 'wcs={"G59.1": (' in texts
     assert 'wcs={"G59": (' in texts
@@ -574,7 +576,7 @@ def test_klartext_calls_a_work_system_a_preset(number, name):
     """A person at a Heidenhain control has never seen G54."""
     chosen = f"CYCL DEF 247 DATUM SETTING Q339={number}\n" if number else ""
     program = f"BEGIN PGM P MM\n{chosen}L X+0 Y+0 Z+80 A+0 C+0 R0 FMAX\nL X+5 F500\nEND PGM P MM\n"
-    result = vp.check(program, "verne", vp.Options(tool_length=80.0, dialect="heidenhain"))
+    result = check(program, "verne", vp.Options(tool_length=80.0, dialect="heidenhain"))
     preset = f"preset {number or 1}"
     assert [item.message for item in result.findings if item.code == "VP033"] == [
         f"no datum was given: {preset} is at the rotary centre on the table face; "
@@ -584,7 +586,7 @@ def test_klartext_calls_a_work_system_a_preset(number, name):
 
 def test_each_system_once_and_with_its_option():
     source = BODY.format(length="", more="G55 X0\nG54 X0\nG55 X5\n")
-    result = vp.check(source, "verne", vp.Options(tool_length=80.0))
+    result = check(source, "verne", vp.Options(tool_length=80.0))
     texts = [item.message for item in result.findings if item.code == "VP033"]
     assert len(texts) == 2
     assert 'give wcs={"G54": (X, Y, Z)}' in texts[0]
@@ -622,7 +624,7 @@ def test_the_length_of_another_tool(dialect, body, tools, said):
     cuts = f"S3000 M3\nG0 X0. Y0. Z50. A0. C0.\nG1 X10. F600.\n{body.splitlines()[-1]}\nG0 Z60.\nM30\n"
     source = f"O1\nG21 G90 G94\n{body}{cuts}"
     options = vp.Options(tools={one.number: one for one in tools}, wcs={"G54": (0, 0, 60)}, dialect=dialect)
-    found = vp.check(source.removeprefix("O1\n" if dialect == "rs274" else ""), "verne", options).findings
+    found = check(source.removeprefix("O1\n" if dialect == "rs274" else ""), "verne", options).findings
     found = [item for item in found if said or item.code == "VP049"]
     assert [item.code for item in found] == ["VP041" if "no M6" in said or "write M6" in said else "VP049"][
         : bool(said)
@@ -665,7 +667,7 @@ def test_a_rapid_without_length_has_the_cause_that_the_change_lacks(change, low,
     """M6 was missing, and a second finding asked for machine coordinates; T and M6 were, and nothing named D0."""
     tools = {number: tool(number, length) for number, length in ((1, 90.0), (2, 80.0))}
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True, dialect="siemens")
-    (item,) = vp.check(SWITCHED.format(change, low), "verne", options).findings
+    (item,) = check(SWITCHED.format(change, low), "verne", options).findings
     assert (item.code, item.line, item.severity) == (*wanted[:2], "error")
     assert wanted[2] in item.message
 
@@ -688,7 +690,7 @@ MILL += "G1 Z20. F400.\nG41 X-25. Y-20. D{}\nY20.\nX-10.\nG40 X-35. Y-25.\nG0 Z9
 def test_the_diameter_of_another_tool(before, number, severity) -> None:
     """D4 under T5 was 1 mm off the contour, without a word."""
     options = vp.Options(tools=CUTTERS, wcs={"G54": (0, 0, 30)}, dialect="fanuc", split_at_stops=True)
-    result = vp.check(MILL.format(before, 5, number), "verne", options)
+    result = check(MILL.format(before, 5, number), "verne", options)
     told = [item for item in result.findings if item.code == "VP049"]
     assert [item.severity for item in told] == severity
     assert result.ok == (severity != ["error"])
@@ -709,7 +711,7 @@ def test_the_length_of_a_tool_whose_call_is_missing(between, severity) -> None:
     head, cut = "G21 G90 G94\nG0 A0 C0\nT1 M6\nM3 S900\nG0 X0 Y0\n", "G43 Z40 H{}\nG1 Z20 F600\nX5\nG0 Z40\n"
     program = f"{head}{cut.format(1)}{between}{cut.format(2)}M5\nM2\n"
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
-    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP049"]
+    found = [item for item in check(program, "verne", options).findings if item.code == "VP049"]
     assert [item.severity for item in found] == [severity]
 
 
@@ -721,7 +723,7 @@ def test_a_number_that_no_tool_has_is_that_of_the_tool_in_the_spindle(length, di
     """The remedy was to add a tool 14 to the set-up."""
     tools = CUTTERS | {7: vp.Tool(7, 7, tool(7, 80.0).offset, 0.0)}
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, dialect="fanuc", split_at_stops=True)
-    (item,) = vp.check(MILL.format("", length, diameter), "verne", options).findings
+    (item,) = check(MILL.format("", length, diameter), "verne", options).findings
     assert (item.code, item.settled_by) == ("VP012", (("tools", written[1:], key),))
     assert item.message.startswith(
         f"{written}: tool 5 is in the spindle, and tool {written[1:]} has no "
@@ -736,7 +738,7 @@ def test_a_length_in_addition_or_after_a_code_of_the_builder_is_not_one_of_anoth
         source = f"G21 G90 G94\n{body}S3000 M3\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F600\nM2\n"
         tools = {one.number: one for one in TWO}
         options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="rs274", remap=remap)
-        assert vp.check(source, "verne", options).findings == ()
+        assert check(source, "verne", options).findings == ()
 
 
 @pytest.mark.parametrize(("word", "line"), [(",ADJUST,5", 3), (",OSETNO,5", 3), ("", None), (",ADJUST,1", None)])
@@ -746,13 +748,13 @@ def test_the_register_of_a_length_in_a_cl_file(word, line):
         "GOTO/10,0,50\nFINI\n"
     )
     options = vp.Options(tools={one.number: one for one in TWO}, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
-    found = [(item.code, item.line) for item in vp.check(source, "verne", options).findings]
+    found = [(item.code, item.line) for item in check(source, "verne", options).findings]
     assert found == ([("VP049", line)] if line else [])
 
 
 def find_idle_cuts(program, dialect="rs274", **more):
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect=dialect, split_at_stops=True, **more)
-    found = vp.check(program, "verne", options).findings
+    found = check(program, "verne", options).findings
     assert not [item for item in found if item.severity == "error"], found
     return [(item.line, item.last_line, item.count) for item in found if item.code == "VP050"]
 
@@ -812,7 +814,7 @@ def test_a_spindle_that_was_stopped(program, found):
     program = (
         program.replace("G61\n", "G61 G43 H1\n").replace("T1 M6\n", "T1 M6 G43 H1\n").replace("T2 M6", "T2 M6 G43")
     )
-    given = vp.check(program, "verne", options).findings
+    given = check(program, "verne", options).findings
     assert {item.severity for item in given} <= {"warning"}, given
     assert [(item.line, item.last_line, item.count) for item in given if item.code == "VP050"] == found
 
@@ -853,7 +855,7 @@ def test_a_tolerance_that_no_corner_takes_is_told(program, options, said):
     """A sweep of the tolerance over a program with G64 P gave one time five times, and nothing said why."""
     given = {"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}
     head = "G71 G90\n" if "dialect" in options else "G21 G90\n"
-    result = vp.check(head + program, "verne", vp.Options(**given, **options))
+    result = check(head + program, "verne", vp.Options(**given, **options))
     told = [item for item in result.findings if item.code == "VP040"]
     assert len(told) == len(said), result.findings
     for item, words in zip(told, said, strict=True):
@@ -875,14 +877,14 @@ def test_a_tolerance_of_a_klartext_program_is_told_although_rapids_come_before_i
         "CYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T0.05\nL Z+0 F500\nL X+10\nL Y+10\nEND PGM T MM\n"
     )
     options = vp.Options(dialect="heidenhain", tool_length=80.0, wcs={"G54": (0, 0, 30)}, tolerance=0.02)
-    told = [item for item in vp.check(program, "verne", options).findings if item.code == "VP040"]
+    told = [item for item in check(program, "verne", options).findings if item.code == "VP040"]
     assert [item.line for item in told] == [7]
     assert "tolerance=0.02 has an effect on rapids, and none on cuts: the program gives its own" in told[0].message
     assert "corners, 0.05 mm" in told[0].message
 
 
 def test_a_tolerance_without_effect_is_told_at_the_code_that_has_its_own():
-    result = vp.check(
+    result = check(
         f"G21 G90\nG61\nG0 X0 Y0 Z80 A0 C0\nG64 P0.02\n{ROUNDS}M2\n",
         "verne",
         vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, tolerance=0.1),
@@ -902,7 +904,7 @@ def test_a_missing_place_is_told_at_the_word_that_calls_it(tmp_path: Path, name:
     """It was told at the first move after it."""
     (tmp_path / name).write_text(text)
     options = vp.Options(tool_length=80.0, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))})
-    found = vp.check(tmp_path / name, "verne", options).findings
+    found = check(tmp_path / name, "verne", options).findings
     assert [item.line for item in found if item.code == "VP033"] == [line]
 
 
@@ -931,7 +933,7 @@ G69
 M30
 """
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="fanuc", split_at_stops=True)
-    found = vp.check(program, "verne", options).findings
+    found = check(program, "verne", options).findings
     assert all(item.code in ("VP042", "VP016") for item in found), found
     assert [(item.severity, item.line) for item in found if item.code == "VP042"] == [("warning", line)][: bool(line)]
     assert all("tilted by 20 deg" in item.message for item in found if item.code == "VP042")
@@ -948,7 +950,7 @@ M30
 def test_a_retract_before_g54_does_not_take_its_place(tmp_path: Path, name: str, text: str, line: int) -> None:
     """G54 without a place was told at the retract before it, or in line 1."""
     (tmp_path / name).write_text(text)
-    found = vp.check(tmp_path / name, "verne", vp.Options(tool_length=80.0)).findings
+    found = check(tmp_path / name, "verne", vp.Options(tool_length=80.0)).findings
     assert [item.line for item in found if item.code == "VP033"] == [line]
 
 
@@ -971,7 +973,7 @@ def test_a_table_that_stays_tilted_after_what_tilted_it(tmp_path: Path, tilt, en
     text = f"{head}{tilt}\nG0 X0 Y0 Z60\n{end}\nG0 Z70\n{level}\nG0 X0 Y0 Z60\nG1 Z55 F500\nX5\nG0 Z90\nM30\n"
     (tmp_path / "p.mpf").write_text(text)
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 40)})
-    result = vp.check(tmp_path / "p.mpf", "verne", options)
+    result = check(tmp_path / "p.mpf", "verne", options)
     found = [item for item in result.findings if item.severity == "error" or item.code == "VP037"]
     assert [item.code for item in found] == ["VP037"] * bool(left)
     if left:
@@ -993,7 +995,7 @@ def test_a_hole_of_a_forgotten_mcall_has_no_directions_of_its_own(tmp_path: Path
     head = "G17 G54 G64 G90 G94 G710\nT1 D1\nM6\nS900 M3 F200\nG0 A0 C0\nG0 X0 Y0 Z80\n"
     text = f"{head}{SWIVEL}\nMCALL CYCLE81(30,0,2,-5)\nG0 X5 Y0\n{lines}\nG0 A0 C0\nM30\n"
     (tmp_path / "p.mpf").write_text(text)
-    found = vp.check(tmp_path / "p.mpf", "verne", vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 40)})).findings
+    found = check(tmp_path / "p.mpf", "verne", vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 40)})).findings
     assert sorted((one.code, one.line) for one in found if one.code in ("VP037", "VP043")) == sorted(told)
 
 
@@ -1026,7 +1028,7 @@ G0 Z60.
 M30
 """
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
-    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP043"]
+    found = [item for item in check(program, "verne", options).findings if item.code == "VP043"]
     assert [item.line for item in found] == [line][: bool(line)]
     assert all("still in force after G49, and line 15 cuts in it; write G69 before" in item.message for item in found)
 
@@ -1037,7 +1039,7 @@ def test_an_angle_that_a_later_line_gives_is_one_cause() -> None:
     program = "O1\nG21 G90 G94\nT1 M6\nS5000 M3\nG0 X0. Y0.\nG43 H1 Z90.\nG1 Z85. F500.\nX10.\nG0 Z95.\n" + plane
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="fanuc", split_at_stops=True)
     for more, expected in (("", [("VP036", 7)]), ("G0 Z90.\nG1 X9.\n", [("VP036", 7), ("VP037", 17)])):
-        found = vp.check(program.format(more), "verne", options).findings
+        found = check(program.format(more), "verne", options).findings
         assert [(item.code, item.line) for item in found if item.code in ("VP036", "VP037")] == expected
 
 
@@ -1050,7 +1052,7 @@ def test_an_odd_length_is_told_with_the_name_of_its_tool(tmp_path) -> None:
         dialect="siemens",
         control={"siemens": {"tools": {"EM10": 100001}}},
     )
-    told = [item.message for item in vp.check(path, "verne", options).findings if item.code == "VP505"]
+    told = [item.message for item in check(path, "verne", options).findings if item.code == "VP505"]
     assert any('tool "EM10"' in one for one in told) and not any("100001" in one for one in told)
 
 
@@ -1071,7 +1073,7 @@ BACKWARDS = "G21 G90 G94\nT1 M6\nS900 {}\nG43 H1\nG0 X0 Y0 Z80 A0 C0\n{}\nG0 Z80
 def test_a_tool_that_turns_backwards_in_its_cuts(switch: str, cut: str, is_told: bool) -> None:
     """A drill under M4 had no warning."""
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, tapping="feed", dialect="rs274")
-    found = vp.check(BACKWARDS.format(switch, cut), "verne", options).findings
+    found = check(BACKWARDS.format(switch, cut), "verne", options).findings
     told = [item for item in found if item.severity != "note"]
     assert [(item.code, item.line) for item in told] == [("VP050", 3)] * is_told
     assert all("turns counter-clockwise (M4) where it cuts, from line" in item.message for item in told)
@@ -1092,7 +1094,7 @@ def test_the_spindle_of_a_cl_file_has_its_words(spindle: str, line: int | None, 
     text = f"UNITS/MM\nLOADTL/1\n{spindle}\nRAPID\nGOTO/0,0,90\n"
     text += "FEDRAT/500,MMPM\nGOTO/0,0,60\nGOTO/9,0,60\nRAPID\nGOTO/0,0,90\nFINI\n"
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
-    told = [item for item in vp.check(text, "verne", options).findings if item.code == "VP050"]
+    told = [item for item in check(text, "verne", options).findings if item.code == "VP050"]
     assert [item.line for item in told] == ([line] if line else [])
     assert all(said in item.message and not item.edits for item in told)
 
@@ -1111,7 +1113,7 @@ def test_messages_about_a_cl_file_have_its_words(statement: str, said: str) -> N
     text = "UNITS/MM\nMULTAX/ON\nLOADTL/1\nSPINDL/900,RPM,CLW\nRAPID\nGOTO/0,0,90,0,0,1\nFEDRAT/500,MMPM\n"
     text += f"{statement}\nGOTO/9,0,60,0,0,1\nRAPID\nGOTO/0,0,90,0,0,1\nFINI\n"
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
-    (told,) = (item for item in vp.check(text, "verne", options).findings if item.code in ("VP007", "VP505"))
+    (told,) = (item for item in check(text, "verne", options).findings if item.code in ("VP007", "VP505"))
     assert told.message.startswith(said)
 
 
@@ -1146,7 +1148,7 @@ def test_slips_in_the_call_of_a_tool_in_klartext(call, length, expected, said) -
     tools = {"tools": OF_10_MM} if length is None else {"tool_length": length}
     options = vp.Options(wcs={"G54": (0, 0, 60)}, dialect="heidenhain", **tools)
     contour = "F500\nL X+30 RL\nL X+40\nL Y+20 R0" if "RL" in call else "F500"
-    found = vp.check(KLARTEXT.format(call).replace("F500", contour), "verne", options).findings
+    found = check(KLARTEXT.format(call).replace("F500", contour), "verne", options).findings
     assert [(item.code, item.line) for item in found] == expected
     assert all(said in item.message for item in found)
 
@@ -1164,7 +1166,7 @@ def test_slips_in_the_call_of_a_tool_in_klartext(call, length, expected, said) -
 def test_wear_that_is_a_size(wear, said):
     text = f"G21 G90 G94 G17\nG10 {wear}\nT1 M6\nS900 M3\nG0 A0 C0\nX0 Y0\nG43 H1 Z60.\nG1 Z40. F500.\nG0 Z60.\nM30\n"
     options = vp.Options(wcs={"G54": (0, 0, 60)}, dialect="fanuc", tools=OF_10_MM)
-    found = [item for item in vp.check(text, "verne", options).findings if item.code == "VP505"]
+    found = [item for item in check(text, "verne", options).findings if item.code == "VP505"]
     assert [item.line for item in found] == ([2] if said else [])
     assert all(said in item.message for item in found)
 
@@ -1182,7 +1184,7 @@ def test_a_siemens_program_is_told_in_its_own_words(offset, code, said):
     program = f"T1 M6\nD1 S900 M3\nG0 X0 Y0 Z60 A0 C0\n{offset}\nG1 X5 Y0 Z60 A0 C0 F100\nM30"
     tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))}
     options = vp.Options(dialect="siemens", tools=tools, wcs={"G54": (0, 0, 30)})
-    (found,) = [item for item in vp.check(program, "verne", options).findings if item.code == code]
+    (found,) = [item for item in check(program, "verne", options).findings if item.code == code]
     assert said in found.message
     assert "G43" not in found.message
 
@@ -1214,7 +1216,7 @@ def test_a_feed_that_no_cut_has_is_told_once(dialect, cut, line, said):
             f"BEGIN PGM B MM\nTOOL CALL 1 Z S900\nL A+0 C+0 R0 FMAX M3\nL X+0 Y+0 Z+80 R0 FMAX\n{cut}\nEND PGM B MM\n"
         )
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
-    told = [item for item in vp.check(text, "verne", options).findings if item.code == "VP505"]
+    told = [item for item in check(text, "verne", options).findings if item.code == "VP505"]
     severity = "error" if "a turn here" in said or "mm/min were" in said else "warning"
     assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, severity)])
     assert all(said in item.message for item in told)
@@ -1224,7 +1226,7 @@ def list_sizes(body):
     """Line and message of each VP505 of a milling program; the first line of ``body`` is line 4."""
     program = f"G21 G90 G17\nG54 T1 M6\nS900 M3\n{body}\nM30\n"
     tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))}
-    found = vp.check(program, "ac_trunnion", vp.Options(tools=tools, wcs={"G54": (0, 0, 90)})).findings
+    found = check(program, "ac_trunnion", vp.Options(tools=tools, wcs={"G54": (0, 0, 90)})).findings
     return [(item.line, item.message) for item in found if item.code == "VP505"]
 
 
@@ -1300,14 +1302,14 @@ def test_a_diameter_that_is_not_that_of_the_remark_is_told(dialect, remark, call
     names = {"siemens": {"tools": {"EM12": 1}}} if dialect == "siemens" else {}
     vise = vp.Box("vise", (190.0, 0.0, -90.0), (200.0, 9.0, -80.0))
     options = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names, keep_out=(vise,))
-    told = [item for item in vp.check(text, "ac_trunnion", options).findings if item.code == "VP505"]
+    told = [item for item in check(text, "ac_trunnion", options).findings if item.code == "VP505"]
     assert len(told) == bool(said)
     assert all(item.message.startswith(said) for item in told)
     if " is not " in said:  # where nothing uses the diameter, it may be any; compensation does
         alone = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names)
         compensated = text.replace("M30", "G41 X20\nX60\nG40 X90 Y0\nM30")
         for one, count in ((text, 0), (compensated, 1)):
-            findings = vp.check(one, "ac_trunnion", alone).findings
+            findings = check(one, "ac_trunnion", alone).findings
             assert [item.message for item in findings if item.code == "VP505"] == [
                 item.message for item in told
             ] * count
@@ -1319,7 +1321,7 @@ def test_a_rapid_below_every_cut_has_its_own_advice_and_the_other_sign_as_a_choi
     program = "G21 G90 G17\nG54 T1 M6\nS900 M3\nG0 A0 C0 X0 Y0\nG43 Z50 H1\nG1 Z5 F100\nX20 F1000\nG0 Z-50\nZ50\nM30\n"
     tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))}
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 90)})
-    (item,) = (one for one in vp.check(program, "ac_trunnion", options).findings if one.code == "VP505")
+    (item,) = (one for one in check(program, "ac_trunnion", options).findings if one.code == "VP505")
     assert describe_remedy(item, "p.nc") == "Correct the value in the program. No action is needed if it is meant."
     (edit,) = item.edits
     assert (edit.line, edit.word, edit.value, edit.is_choice) == (8, ("Z", -50.0), "50", True)
@@ -1384,7 +1386,7 @@ def test_a_plane_that_is_not_ended_is_told_in_the_first_run(dialect, lines, expe
     program = f"{heads[dialect]}\n{lines}\n{end}\n"
     tools = TOOLS | {2: vp.Tool(2, 2, TOOLS[1].offset)}
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect=dialect, split_at_stops=True)
-    found = [item for item in vp.check(program, "verne", options).findings if item.code in ("VP043", "VP017")]
+    found = [item for item in check(program, "verne", options).findings if item.code in ("VP043", "VP017")]
     assert sorted((item.code, item.line) for item in found) == sorted(item[:2] for item in expected)
     for (_code, _line, said), item in zip(sorted(expected), sorted(found, key=lambda one: one.code), strict=True):
         assert said in item.message
@@ -1394,7 +1396,7 @@ def test_a_feed_in_mm_a_minute_under_g93_is_told_by_check_and_explain() -> None:
     """A move of 260 mm would take 0.12 s; explain said that a line before it brings the tool there."""
     text = "G21 G90 G94 G17\nG0 X-130 Y0 Z60 A0 C0\nG93 G1 Z40 F20\nX130 F500\nG0 Z60\nM2\n"
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 80)})
-    (told,) = (one for one in vp.check(text, "ac_trunnion", options).findings if one.code == "VP505")
+    (told,) = (one for one in check(text, "ac_trunnion", options).findings if one.code == "VP505")
     assert (told.line, told.severity) == (4, "warning")
     assert "F500 is a time in G93, 0.12 s for this move, which is 130000 mm/min" in told.message
     explained = vp.explain(text, "ac_trunnion", 4, options)
@@ -1403,7 +1405,7 @@ def test_a_feed_in_mm_a_minute_under_g93_is_told_by_check_and_explain() -> None:
     (edit,) = told.edits
     lines = text.split("\n")
     changed = "\n".join([*lines[: edit.line - 1], edit.value, *lines[edit.line - 1 :]])
-    assert "VP505" not in {one.code for one in vp.check(changed, "ac_trunnion", options).findings}
+    assert "VP505" not in {one.code for one in check(changed, "ac_trunnion", options).findings}
 
 
 @pytest.mark.parametrize(

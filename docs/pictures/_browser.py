@@ -21,6 +21,32 @@ _ARGUMENTS = (
     "--disable-gpu-compositing",  # only WebGL is drawn by that software, which is slow; not the page
     "--hide-scrollbars",
 )
+#: Nothing is drawn of the machine until somebody looks (``drawn``): by software it would take most of the time.
+DRAW_WHEN_ASKED = """
+for (const name of ['drawArrays', 'drawArraysInstanced', 'drawElements', 'drawElementsInstanced']) {
+  const own = WebGL2RenderingContext.prototype[name];
+  WebGL2RenderingContext.prototype[name] = function (...words) {
+    if (window.isDrawn) own.apply(this, words); else window.isToBeDrawn = true;
+  };
+}
+"""
+
+
+def settle(browser: Any) -> None:
+    """Wait until what was asked to be drawn is drawn."""
+    browser.execute_async_script(
+        "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 0)))"
+    )
+
+
+@contextmanager
+def drawn(browser: Any) -> Iterator[None]:
+    """The machine is drawn meanwhile; what the page has asked to be drawn before, at once, and nothing else."""
+    settle(browser)
+    browser.execute_script("window.isDrawn = true; if (window.isToBeDrawn) report.scene.draw()")
+    settle(browser)
+    yield
+    browser.execute_script("window.isDrawn = window.isToBeDrawn = false")
 
 
 @contextmanager
@@ -38,6 +64,7 @@ def report_page(words: str, size: tuple[int, int], cwd: Path | None = None) -> I
             subprocess.run(command, cwd=cwd, check=False, stderr=subprocess.DEVNULL)
             screen = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
             browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+            browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": DRAW_WHEN_ASKED})
             browser.get(file.as_uri())
             while browser.execute_script("return document.body.dataset.ready") != "yes":
                 time.sleep(0.1)
@@ -57,9 +84,7 @@ def take(browser: Any, picture: str, script: str, *words: object, part: str | No
 
 def _capture(browser: Any, part: str | None) -> bytes:
     """The page as it is drawn now, or one part of it, as a PNG file."""
-    browser.execute_async_script(
-        "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 300)))"
-    )
+    browser.execute_async_script("setTimeout(arguments[0], 300)")
     clip: dict[str, Any] = {}
     if part is not None:
         box = browser.execute_script(
@@ -68,4 +93,5 @@ def _capture(browser: Any, part: str | None) -> bytes:
             part,
         )
         clip = {"clip": dict(zip(("x", "y", "width", "height"), map(round, box), strict=True)) | {"scale": 1}}
-    return base64.b64decode(browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png", **clip})["data"])
+    with drawn(browser):
+        return base64.b64decode(browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png", **clip})["data"])

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from verne_post import check
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.mistyped import correct_line, execute_as_meant, explain_unknown
 from verne_post.gcode.program_error import ProgramError
@@ -640,11 +641,11 @@ LIKE_DIGITS = str.maketrans("OI", "01")
 
 @pytest.mark.parametrize("dialect", ["rs274", "fanuc", "siemens"])
 @pytest.mark.parametrize("word", [*OF_ALL_MOVES, "G2", "G3", "M3", "M4", "X5", "X-5", "Y+12.5", "A-30", "Z0", "C10"])
-def test_no_correction_changes_units_plane_distance_axis_or_sense(machine: Any, dialect: str, word: str) -> None:
+def test_no_correction_changes_units_plane_distance_axis_or_sense(dialect: str, word: str) -> None:
     options = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
     for slip in list_slips(word, "O1I0,.-+ GX9"):
         text = f"G17 G90 G54 G94\nG0 X1 Y1 Z50 A0 C0\nG1 F500 X2\n{slip}\nM30\n"
-        for item in check(text.encode(), machine, options).findings:
+        for item in view_moves_plainly(text.encode(), options)[1]:  # what comes after reading corrects no word
             for wrong, right in list_automatic(item):
                 told = f"{slip}: {item.message}"
                 characters = re.sub(r"[\s=]", "", wrong.upper().translate(LIKE_DIGITS))

@@ -639,6 +639,15 @@ def test_the_sense_of_a_programmed_pose(variant, a_sense, c_sense):
 # --- axes that the machine lacks -------------------------------------------------------------------------
 
 
+def test_the_same_lines_are_read_anew_for_another_machine(machine):
+    """B is an axis of the one and none of the other: opening lines that were scanned before are not taken for both."""
+    text = b"G0 X0 Y0 Z200\nG1 F100\nX5\nX6 B0\nX7 B1\nX8\nX9\nX10\nM2\n"
+    setup = build_interpreter_setup(verne_post.load_machine("bc_trunnion"), Options(tool_length=60.0))
+    assert interpret_program(text, setup).end[-1, 4] == 1.0
+    with pytest.raises(InputError, match="B: VERNE has no such axis"):
+        interpret_program(text, build_interpreter_setup(machine, Options(tool_length=60.0)))
+
+
 @pytest.mark.parametrize("letter", "BUVW")
 @pytest.mark.parametrize(
     "words",

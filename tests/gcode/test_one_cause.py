@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import verne_post as vp
-from verne_post import check
+from tests.builders import check_unplanned as check
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.watcher import place_at_plane
 from verne_post.gcode.tools import read_tool_table

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import verne_post
+from tests.builders import check_unplanned
 from tests.gcode.heads import DIALECTS, HEADS, LENGTH, MOVES, PART_HEIGHT, program
 from verne_post import gcode
 from verne_post.app.assemble import assemble, build_interpreter_setup
@@ -68,9 +68,7 @@ def test_the_approach_does_not_turn_the_table_for_cuts_that_do_not_name_it(machi
     options = Options(
         tool_length=60.0, wcs={"G54": (0.0, 0.0, 60.0)}, approach=(264.0, 210.0, 210.0, float(a), float(c))
     )
-    found = [
-        item for item in verne_post.check(RS274.format(end=end), machine, options).findings if item.code == "VP036"
-    ]
+    found = [item for item in check_unplanned(RS274.format(end=end), machine, options).findings if item.code == "VP036"]
     assert [(item.severity, item.line) for item in found] == [("error" if stands else "warning", 3)]
     assert (f"; approach has {stands}, and the table" in found[0].message) == bool(stands)
 

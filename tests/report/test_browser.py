@@ -8,7 +8,7 @@ import runpy
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,12 +21,14 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, FixtureMesh, Tool, WorkOffset
 from verne_post.report.comparison import Side, make_side, write_comparison
 
-from ..builders import SAMPLES
+from ..builders import ROOT, SAMPLES
 from .test_report import NASTY_PROGRAM, ONE_IN_3000, embedded
 from .test_surfaces import FLOOR, make_options
 
 pytest.importorskip("jupyter_threejs_sage")
 webdriver = pytest.importorskip("selenium.webdriver")
+DRAWING = runpy.run_path(str(ROOT / "docs" / "pictures" / "_browser.py"))
+settle, drawn = DRAWING["settle"], DRAWING["drawn"]
 
 WHOLE_MACHINE = ("fit", "top", "front", "tool")
 #: A4 without the margins of 12 mm, in pixels of the page.
@@ -214,6 +216,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     running = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
     running.set_script_timeout(60)
+    running.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": DRAWING["DRAW_WHEN_ASKED"]})
     yield running
     running.quit()
 
@@ -310,35 +313,26 @@ def press(browser: Any, *keys: str) -> None:
         browser.find_element("tag name", "body").send_keys(key)
 
 
-@contextmanager
-def without_scene(browser: Any) -> Iterator[None]:
-    """Nothing is drawn of the machine meanwhile: by software it would take most of the time of what is asked here."""
-    js(browser, "document.getElementById('stage').style.display = 'none'")
-    yield
-    js(browser, "document.getElementById('stage').style.display = ''")
-
-
-def settle(browser: Any) -> None:
-    """Wait until what was asked to be drawn is drawn."""
-    browser.execute_async_script(
-        "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 0)))"
-    )
-
-
 def pixels(browser: Any, name: str) -> np.ndarray:
     """What an element shows, RGB from 0 to 1."""
     import matplotlib.image
 
     settle(browser)
-    raw = browser.find_element("id", name).screenshot_as_png
+    with drawn(browser) if name in ("scene", "close") else nullcontext():
+        raw = browser.find_element("id", name).screenshot_as_png
     return np.asarray(matplotlib.image.imread(io.BytesIO(raw)))[..., :3]
 
 
 def canvas_pixels(browser: Any) -> np.ndarray:
     """The scene alone, RGBA from 0 to 1: alpha is 0 where nothing is drawn."""
+    with drawn(browser):
+        return read_scene(browser)
+
+
+def read_scene(browser: Any) -> np.ndarray:
+    """What was drawn of the scene last, as :func:`canvas_pixels`."""
     import matplotlib.image
 
-    settle(browser)
     raw = js(browser, "document.getElementById('scene').toDataURL('image/png')").partition(",")[2]
     return np.asarray(matplotlib.image.imread(io.BytesIO(base64.b64decode(raw))))
 
@@ -476,7 +470,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
     at the machine.
     """
     show(name, size)
-    with on_paper(browser):
+    with drawn(browser), on_paper(browser):
         tops = js(
             browser,
             "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#record', '#code'].map(s => "
@@ -514,7 +508,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
             assert style == "exact", part
         if name == "pocket":
             assert " path segments; " in record
-        assert canvas_pixels(browser)[..., :3].std() > 0.02  # the machine is drawn before the paper is taken
+        assert read_scene(browser)[..., :3].std() > 0.02  # the machine is drawn before the paper is taken
         # and copied: a browser may print the picture of the graphics card as a blank
         copied = browser.execute_script(
             "const c = document.getElementById('printed');"
@@ -739,10 +733,9 @@ def test_one_cursor_moves_everything(browser: Any, show: Callable[..., Any]) -> 
 def test_play_and_keys(browser: Any, show: Callable[..., Any]) -> None:
     data = show("pocket")
     line, last = data["line"], data["frames"] - 1
-    with without_scene(browser):
-        browser.find_element("id", "play").click()
-        until(lambda: cursor(browser) > 20, "it does not play")
-        press(browser, " ")
+    browser.find_element("id", "play").click()
+    until(lambda: cursor(browser) > 20, "it does not play")
+    press(browser, " ")
     assert browser.find_element("id", "play").text == "play"
     stopped = cursor(browser)
     settle(browser)
@@ -972,14 +965,13 @@ def test_a_pose_out_of_reach_says_so(browser: Any, show: Callable[..., Any]) -> 
 def test_a_program_of_many_lines_has_few_rows_in_the_page(browser: Any, show: Callable[..., Any]) -> None:
     data = show("many")
     assert data["line"][cursor(browser)] in (1504, 1505, 1506)  # it opens at its worst place
-    with without_scene(browser):
-        for frame in (0, 1000, data["frames"] - 1):
-            js(browser, "report.setCursor(arguments[0])", frame)
-            settle(browser)  # the listing scrolls, and has new rows then
-            rows = browser.find_elements("css selector", "#code [data-line]")
-            assert len(rows) < 80
-            current = browser.find_element("css selector", "#code [aria-current=true]")
-            assert current.get_attribute("data-line") == str(data["line"][frame])
+    for frame in (0, 1000, data["frames"] - 1):
+        js(browser, "report.setCursor(arguments[0])", frame)
+        settle(browser)  # the listing scrolls, and has new rows then
+        rows = browser.find_elements("css selector", "#code [data-line]")
+        assert len(rows) < 80
+        current = browser.find_element("css selector", "#code [aria-current=true]")
+        assert current.get_attribute("data-line") == str(data["line"][frame])
     assert len(js(browser, "report.arrays['trail.frame']")) < 30_000
 
 

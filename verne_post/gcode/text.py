@@ -18,7 +18,14 @@ from verne_post.gcode.block import ZERO_FOR_O, Block, build_block_of_words, read
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, end_with, write_words
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.words import WordTable, count_lines, find_chunk_end, read_whole_lines, split_words
+from verne_post.gcode.words import (
+    OPENING_BYTES,
+    WordTable,
+    count_lines,
+    find_chunk_end,
+    read_whole_lines,
+    split_words,
+)
 from verne_post.model.findings import Remedy
 
 #: So many chunks are kept: loops that stay within them are split into words once.
@@ -130,6 +137,11 @@ class ChunkedText(ABC):
     ``name`` is None for the program itself, else the file of a subroutine.
     """
 
+    language: type[Language] | None = None
+    #: The first chunk that was scanned last, and what it depends on: the search for the start runs the opening lines
+    #: several times before the program itself does.
+    _opening: ClassVar[tuple[tuple[object, ...], Setup, Chunk] | None] = None
+
     def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
         self.source, self.setup, self.name = source, setup, name
         self._starts = [(1, 0)]  # first line and offset of every chunk met so far
@@ -168,10 +180,20 @@ class ChunkedText(ABC):
             return None
         first, start = self._starts[at]
         text = self.source[start : self._starts[at + 1][1]]
-        chunk = self.make_chunk(first, text)
+        is_opening = first == 1 and len(text) <= OPENING_BYTES
+        chunk = self._scan_opening(text) if is_opening else self.make_chunk(first, text)
         self._kept_chunks[first] = chunk
         if len(self._kept_chunks) > _KEPT_CHUNKS:
             self._kept_chunks.popitem(last=False)
+        return chunk
+
+    def _scan_opening(self, text: bytes) -> Chunk:
+        """The first chunk, while it is short; the same lines under the same set-up are scanned once."""
+        key, last = (type(self), self.language, text), ChunkedText._opening
+        if last is not None and last[0] == key and last[1] is self.setup:
+            return last[2]
+        chunk = self.make_chunk(1, text)
+        ChunkedText._opening = key, self.setup, chunk
         return chunk
 
 
@@ -188,7 +210,7 @@ class ProgramText(ChunkedText):
 
     def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
         super().__init__(source, setup, name)
-        self.language = language
+        self.language: type[Language] = language
         start = language.find_start(source)
         self.first_line = source.count(b"\n", 0, start) + 1
         self.opening, self.closing = _find_percent_lines(source, language, start)
