@@ -458,6 +458,36 @@ def test_an_edit_of_a_called_file_is_none_of_the_call(inspector: Inspector, tmp_
     assert item.edits == ()
 
 
+MACRO = "%\nO8002\n#100=0\nWHILE [#100 LT #2] DO1\nG1 Z{} F250.\n#100=#100+1\nEND1\nM99\n%\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "wrong", "right", "caller"),
+    [
+        ("O8002.nc", MACRO, "-1,5", "-1.5", ""),
+        ("O8002.nc", MACRO, "-1,5", "-1.5", "".join(HEADS[".nc"]).replace("M30", "G65 P8002 B3.\nM30")),
+        ("O8002.nc", MACRO, "1O.", "10.", "".join(HEADS[".nc"]).replace("M30", "G65 P8002 B0.\nM30")),
+        ("s.ngc", "o<s> sub\no5 if [#1 GT 0]\nG1 Z{}\no5 endif\no<s> endsub\n", "1O", "10", ""),
+        ("S.SPF", "PROC S(REAL T)\nIF T<0\nG1 X=T\nRET\nENDIF\nTRAORI\n{}\nRET\n", "TRAFOF", "TRAFOOF", ""),
+        ("S.SPF", "PROC S(REAL T)\nWHILE T>0\n{}\nT=T-1\nENDWHILE\nRET\n", "G0 DO", "G0 D0", ""),
+        ("S.SPF", "PROC S(REAL T)\nFOR R1=1 TO T\n{}\nENDFOR\nRET\n", "G1 X3 SUPAD0", "G1 X3 SUPA D0", ""),
+    ],
+)  # fmt: skip
+def test_a_slip_under_a_condition_of_a_called_file_has_its_edit(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, wrong: str, right: str, caller: str
+) -> None:
+    """Lines that are not executed without the values of a call were not read, and with them the error had no place."""
+    path, text, right = tmp_path / name, text.format(wrong), text.format(right)
+    if caller:
+        check(inspector, tmp_path / "a.nc", caller)
+    found = inspector.check(path, {path: text}, NEVER)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert item.column is not None
+    (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert (apply_places(fix), fix.settles) == (right, True)
+    assert inspector.check(path, {path: right}, NEVER).findings == ()
+
+
 @pytest.mark.parametrize("ending", [".nc", ".ngc"])
 @pytest.mark.parametrize(
     ("wrong", "right", "said"),

@@ -29,7 +29,7 @@ from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_variable
-from verne_post.cli.lsp.callers import Callers, add_call, is_head, is_subprogram, may_be_called
+from verne_post.cli.lsp.callers import Callers, add_call, is_head, is_subprogram, may_be_called, straighten
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
@@ -67,6 +67,8 @@ _ENOUGH: Final = 3
 _SETTINGS_TABLE: Final = "[tool.verne-post"
 #: Errors of a text that no caller, set-up or value changes.
 _OF_WORDS: Final = ("VP001", "VP002", "VP003", "VP004", "VP022", "VP023", "VP032")
+#: Those of the words of one block, whatever leads to it.
+_OF_BLOCKS: Final = _OF_WORDS[:4]
 #: Keys of a set-up that change how words are read.
 _OF_READING: Final = re.compile(r"\b(?:dialect|block_delete|control|fanuc|rs274|siemens|heidenhain|aptcl|parameters)\b")
 #: What only a call of a subprogram tells, and what is said where none is found.
@@ -232,11 +234,16 @@ class Inspector:
                 dialect = choose_dialect_name(run.options.dialect, run.source, caller.name)
         if found.run is None and not is_one:
             return None
-        alone = check(path, {**texts, path: add_call(text, dialect)}, given=self.given | {"dialect": dialect})
-        last = len(split_lines(text))
+        last, given = len(split_lines(text)), self.given | {"dialect": dialect}
+        alone, straight = (
+            check(path, {**texts, path: made}, given=given).findings
+            for made in (add_call(text, dialect), straighten(text, dialect))
+        )
         # that the text ends is said of the call; alone, it is the end of a program
         told = {(item.line, item.code): item.edits for item in found.findings if item.code != "VP010"}
-        own = [item for item in alone.findings if item.severity == "error" and item.file is None]
+        places = {(item.line, item.code) for item in alone}
+        beside = (item for item in straight if item.code in _OF_BLOCKS and (item.line, item.code) not in places)
+        own = [item for item in (*alone, *beside) if item.severity == "error" and item.file is None]
         own = [
             replace(item, edits=item.edits or told.get((item.line, item.code), ()))
             for item in own
