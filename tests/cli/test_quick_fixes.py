@@ -757,9 +757,32 @@ def test_a_plane_that_is_kept_is_underlined_at_its_word(
         ("a.cls", "SPINDL/30O0,CLW", "SPINDL/3000,CLW"),
         ("a.cls", "LOADTL/1,ADJUST,1O", "LOADTL/1,ADJUST,10"),
         ("a.cls", "GO/1,0,60", None),
+        *(
+            ("a.cls", wrong, right)
+            for wrong, right in (
+                ("LOADTL5", "LOADTL/5"),
+                ("LOADTL5,ADJUST,5", "LOADTL/5,ADJUST,5"),
+                ("LOADTL/1,2", None),
+                ("GOTO-1.0,20.0,5.0", "GOTO/-1.0,20.0,5.0"),
+                ("GOTO/1.0,20,0000,-2.5000", "GOTO/1.0,20.0000,-2.5000"),
+                ("GOTO/1,2,0,60", None),
+                ("GOTO/1.,0.,60.,0,0000,.6,.8", "GOTO/1.,0.,60.,0.0000,.6,.8"),
+                ("GOTO/1.0,2.0;60", "GOTO/1.0,2.0,60"),
+                ("GOTO/1,0,,60", "GOTO/1,0,60"),
+                ("GOTO//1,0,60", "GOTO/1,0,60"),
+                ("GOTO/1,0,6..5", "GOTO/1,0,6.5"),
+                ("FEDRATMMPM,400", "FEDRAT/MMPM,400"),
+                ("FEDRAT/MMPM.400.0000", "FEDRAT/MMPM,400.0000"),
+                ("SPINDL RPM,900,CLW", "SPINDL/RPM,900,CLW"),
+                ("SPINDL/RPM900,CLW", "SPINDL/RPM,900,CLW"),
+                ("COOLNTON", "COOLNT/ON"),
+                ("CYCLE/DRILLDEPTH,9,CLEAR,3,MMPM,250", "CYCLE/DRILL,DEPTH,9,CLEAR,3,MMPM,250"),
+                ("DEFSUB7\nGOTO/1,0,60\nENDSUB\nCALSUB/7", "DEFSUB/7\nGOTO/1,0,60\nENDSUB\nCALSUB/7"),
+            )
+        ),
     ],
 )
-def test_what_looks_like_a_digit_has_its_edit_in_every_language(
+def test_what_looks_like_a_digit_or_sign_has_its_edit_in_every_language(
     inspector: Inspector, tmp_path: Path, name: str, line: str, right: str | None
 ) -> None:
     """In expressions it was a name without a value, or no number at all; behind it, a bracket was missing."""
