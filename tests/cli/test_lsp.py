@@ -17,6 +17,7 @@ import pytest
 
 from verne_post.cli.files import RunFiles
 from verne_post.config import list_machine_files, subprograms
+from verne_post.config.as_built import AsBuiltFile
 from verne_post.model.control_keys import KEYS
 from verne_post.model.findings import make_finding
 
@@ -260,6 +261,9 @@ def test_hover_of_a_key_says_what_it_holds(client: Client, tmp_path: Path) -> No
 def test_every_key_of_a_file_says_what_it_is_for_when_it_is_hovered_over() -> None:
     """What a table is for where a key has no more to say; units, which wcs.G54 and limits.a_velocity had not."""
     texts = {path: path.read_text("utf-8") for path in list_machine_files().values()}
+    texts[Path("as-built.toml")] = "[as_built]\nfile = 'x'\n" + "".join(
+        f"{name} = 0\n" for name in AsBuiltFile.__struct_fields__
+    )
     control = "".join(
         f"[{dialect}]\n" + "".join(f"{key} = 1\n" for key in keys.__struct_fields__) for dialect, keys in KEYS.items()
     )
@@ -1819,6 +1823,10 @@ MACHINE = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_te
         ("part.nc.toml", 'rapids = "line"\n', 'rapids "line"\n', 'rapids "line"', "Write = after rapids"),
         ("part.nc.toml", "tools.3 = { length = 9, diameter = 6 }\n", "tools.3 = { length = 9 diameter = 6 }\n",
          "tools.3 = { length = 9 diameter = 6 }", "Write , after 9"),
+        ("part.nc.toml", "allow_rewind = true\n", "allow_rewind true\n", "allow_rewind true",
+         "Write = after allow_rewind"),
+        ("my_machine.toml", MACHINE, MACHINE.replace('table = "assumed', 'table = "assumeed'), "table",
+         'Write "assumed" in place of "assumeed"'),
         ("verne-post.toml", "[options]\ntolerance = 0.1\n", "[options]\ntolerence = 0.1\n",
          "tolerence", "Write tolerance in place of tolerence"),
         ("my_machine.toml", MACHINE, MACHINE.replace("[spindle]", "[spindel]"), "[spindel]",
@@ -1888,6 +1896,20 @@ def test_a_set_up_shows_what_its_program_lacks_at_its_table(client: Client, tmp_
     client.change(there.as_uri(), 2, marked.replace('"measure"', "90"))
     while client.diagnostics(there.as_uri())["diagnostics"]:
         pass
+
+
+def test_a_tool_of_a_set_up_with_nearly_the_name_is_renamed(client: Client, tmp_path: Path) -> None:
+    """It was shown at [tools], and only the program could be changed."""
+    text = 'G17 G54 G710 G90 G94\nT="MILL_D10"\nM6\nG0 X0 Y0 Z200 A0 C0\nM3 S900\nG1 Z100 F500\nM30\n'
+    right = '[wcs]\nG54 = [0, 0, 60]\n[tools]\n"MILL_D10" = { length = 90 }\n'
+    setup = right.replace("MILL_", "MIL_")
+    there = Path(f"{make_program(tmp_path, text, 'part.mpf', setup)}.toml")
+    shown = show_file(client, there, setup)
+    assert (shown["word"], shown["range"]["start"]["line"]) == ('"MIL_D10"', 3)
+    (action,) = ask_fixes(client, there.as_uri(), 3).values()
+    assert apply_edit(action, {there.as_uri(): setup})[there.as_uri()] == right
+    client.change(there.as_uri(), 2, right)
+    assert client.diagnostics(there.as_uri())["diagnostics"] == []
 
 
 @pytest.mark.parametrize(

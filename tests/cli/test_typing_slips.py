@@ -524,6 +524,13 @@ def test_a_slip_of_the_first_lines_has_its_edit(
         ("keep_out.a = 5\n[tools", "keep_out.a = 5\n[tools]"),
         ("tools]", "[tools]"),
         *((wrong, "[tools]") for wrong in ("[tool]s", "[[tools]", "[tools]]", "{tools]")),
+        ("t[ools]", "[tools]"),
+        ("[.tools]", "[tools]"),
+        ("[tools.]", "[tools]"),
+        ("[keep_out..a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
+        ("[keep_out a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
+        ("home = [0. 0, 40]", "home = [0, 0, 40]"),
+        ("home = [0, 0. 40]", "home = [0, 0, 40]"),
         ("[keep_out,a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
         ("[kep_out.a]", "[keep_out.a]"),
         ("tolerance = 0..02", "tolerance = 0.02"),
@@ -543,7 +550,24 @@ def test_a_slip_of_the_first_lines_has_its_edit(
         *(
             (f"allow_rewind = {wrong}", f"allow_rewind = {right}")
             for right, words in (
-                ("true", ("True", "ture", "tru", "yes", "on", "1", '"true"', "'on'", '"ture"')),
+                (
+                    "true",
+                    (
+                        "True",
+                        "ture",
+                        "tru",
+                        "yes",
+                        "on",
+                        "1",
+                        '"true"',
+                        "'on'",
+                        '"ture"',
+                        "rrue",
+                        "yrue",
+                        "rue",
+                        "tru e",
+                    ),
+                ),
                 ("false", ("FALSE", "flase", "no", "off", "0", '"false"', '"no"')),
             )
             for wrong in words
@@ -578,7 +602,7 @@ def test_h_without_g43_may_be_g(inspector: Inspector, tmp_path: Path) -> None:
         assert made["Write H1 in place of H91"][1:] == (text.replace("H91", "H1"), is_preferred)
 
 
-@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9Q", "9.5.0", "8\nto ol = 3"])
+@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "8. 5", "9Q", "9.5.0", "8\nto ol = 3"])
 def test_a_slip_of_a_setup_has_no_edit_that_leaves_no_toml(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
     """Nor one that makes 80 mm of 80 cm."""
     path, text = tmp_path / "a.ngc.toml", f"tool_length = {wrong}\n[wcs]\nG54 = [0, 0, 60]\n"

@@ -216,7 +216,12 @@ def _list_top(path: Path, text: str) -> _Keys:
         }
     if is_setup(path):
         return _list_setup_keys()
+    from verne_post.config.as_built import AsBuiltFile  # few machine files have it
+
     top = _list_fields(ChainMachineFile if find_value(text, ("schema",)) == "2" else MachineFile)
+    if "as_built" in top:
+        in_file = {"file": (str, "a TOML file in the same folder that has only the table [as_built]; text")}
+        top["as_built"] = {**_list_fields(AsBuiltFile), **in_file}, top["as_built"][1].removesuffix("; a value")
     kind = KINDS.get(find_value(text, ("kind",)).strip("\"'"))
     if kind is not None:
         limits = describe_limits_table(kind.group, kind.rods)

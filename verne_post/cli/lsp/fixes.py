@@ -1,6 +1,7 @@
 """Edits that settle a finding: each was made in a copy, and the copy checked, before it is offered."""
 
 import dataclasses
+import json
 import logging
 import re
 import threading
@@ -29,8 +30,10 @@ from verne_post.config.toml_entries import (
     SYNTAX_PLACE,
     Change,
     Edit,
+    Entry,
     Key,
     UnknownLayoutError,
+    find_entry,
     find_place,
     find_value,
     list_entries,
@@ -62,6 +65,8 @@ _REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
 #: A word with a number, and a label of RS274/NGC.
 _NUMBERED: Final = re.compile(r"[A-Z]{1,2}[-+]?[\d.]+|o?<[^<>]*>", re.IGNORECASE)
 _LIKE_M99: Final = re.compile(r"\n[ \t]*(?:N\d+[ \t]*)?[MN]\d?9\d?\s*\Z", re.IGNORECASE)
+_LIKE_TOOL: Final = re.compile(r"; did you mean T=\"([^\"]+)\"\?$")
+_KEY_PART: Final = re.compile(r"\"[^\"]*\"|'[^']*'|[\w-]+")
 _PROC: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?PROC\b", re.IGNORECASE)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
@@ -180,8 +185,10 @@ def _keeps_toml(fix: Fix) -> bool:
     before, after = _find_mistake(fix.text or ""), _find_mistake(_change_texts(fix, {})[fix.path])
     if before is None or after is None:
         return after is None
-    *above, last = f"{(fix.text or '')[: fix.begin]}{fix.new}".split("\n")
-    return after[0] > before[0] or after > (len(above) + 1, len(last))
+    head, text = f"{(fix.text or '')[: fix.begin]}{fix.new}", _change_texts(fix, {})[fix.path]
+    at = _find_offset(text, after[0] - 1) + after[1] - 1
+    # in the same value it is what the edit leaves wrong
+    return after[0] > before[0] or re.search(r"[,\n]", text[len(head) : at]) is not None
 
 
 def _find_mistake(text: str) -> tuple[int, int] | None:
@@ -330,9 +337,17 @@ def _change_texts(fix: Fix, texts: Mapping[Path, str]) -> dict[Path, str]:
 
 def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iterator[Fix]:
     """Entries of a set-up that is there, to be filled in: until then the program is refused, or says what it lacks."""
-    if find_suggestion(item.message):  # it is to be written in another way
-        return
     text = _read_setup(setup, texts)
+    if find_suggestion(item.message):  # it is to be written in another way
+        key = find_meant_tool(item)
+        entry = find_entry(_list_entries(text), key) if key else None
+        if entry is not None:
+            end, name = entry.key_end, item.settled_by[0][1]
+            *_above, written = _KEY_PART.finditer(text, entry.begin, end)
+            new = json.dumps(name) if written[0][0] in "\"'" else quote_key(name)
+            title = f"Write {new} in place of {written[0]} in {setup.name}"
+            yield Fix(title, setup, text, written.start(), end, new)
+        return
     for key in (key for key in item.settled_by if key[0] in _MARKS):
         fix = _mark_diameter(setup, text, key) if key[2:] == ("diameter",) else None
         change = _plan_change(text, key[:2], _MARKS[key[0]])
@@ -341,6 +356,21 @@ def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iter
         elif change is not None and change.begin == change.end:  # what stands there is not replaced
             title = f"Add {key[0]}.{quote_key(key[1])} = {_MARKS[key[0]]} to {setup.name}, to be filled in"
             yield Fix(title, setup, text, change.begin, change.end, change.new)
+
+
+def find_meant_tool(item: Finding) -> Key:
+    """The key of the tool of a set-up whose name is nearly that of a finding; empty where there is none."""
+    near = _LIKE_TOOL.search(item.message)
+    is_of_tool = any(key[:1] == ("tools",) for key in item.settled_by)
+    return ("tools", near[1]) if near is not None and is_of_tool else ()
+
+
+def _list_entries(text: str) -> list[Entry]:
+    """The keys of a set-up; none where it is written in a way that is not seen."""
+    try:
+        return list_entries(text)
+    except UnknownLayoutError:
+        return []
 
 
 def _mark_diameter(setup: Path, text: str, key: Key) -> Fix | None:

@@ -26,7 +26,7 @@ from pygls.workspace import TextDocument
 from verne_post import __version__
 from verne_post.cli.lsp.addresses import list_tools
 from verne_post.cli.lsp.completion import complete_key, complete_word, describe_key, make_item
-from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file
+from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file, find_meant_tool
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
@@ -539,7 +539,8 @@ def _is_asked(item: Finding, lines: Sequence[str], asked: lsp.CodeActionParams) 
 
 def _place_in_setup(item: Finding, setup: Path, program: str, text: str) -> Finding:
     """What a program lacks, where its set-up would say it: at the key, at its table, or in the first line."""
-    place = find_place(text, f"{'.'.join(item.settled_by[0])} is missing")
+    tool = find_meant_tool(item)
+    place = find_place(text, f"{'.'.join(tool or item.settled_by[0])} is missing")
     where = "" if item.line is None else f"line {item.line} of {program}: "
     line = 1 if place is None else place[0]
     return replace(
@@ -547,7 +548,7 @@ def _place_in_setup(item: Finding, setup: Path, program: str, text: str) -> Find
         message=where + item.message,
         file=str(setup),
         file_line=line,
-        column=None,
+        column=place[1] + 1 if tool and place is not None else None,
         last_line=None,
         worst_line=None,
     )
