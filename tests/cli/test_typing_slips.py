@@ -195,6 +195,7 @@ def test_a_sign_of_siemens_that_is_missing_or_too_many(
         ('CALL LBL "ON"\nM30\nLBL "ON""\nL X+5\nLBL 0', '"ON""', '"ON"', 'did you mean "ON"?'),
         ("CALL LBL 10\nM30\nLBL l0\nL X+5\nLBL 0", "l0", "10", "a letter in the number; did you mean 10?"),
         ("CALL LBL 7\nM30\nLBK 7\nL X+5\nLBL 0", "LBK", "LBL", "did you mean LBL?"),
+        ('CALL LBK "ON"\nM30\nLBL "ON"\nL X+5\nLBL 0', "LBK", "LBL", "did you mean LBL?"),
         ("LBL 1\nL X+5\nCALL LBL l REP 2", "LBL l", "LBL 1", "did you mean 1?"),
         ("LL X+5", "LL", "L", "the letter is there twice"),
         ("FNN 0: Q1 = +5\nL X+Q1", "FNN", "FN", "the letter is there twice"),
@@ -984,6 +985,17 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", CALLED.format("O1302\nO1302"), "O1302 appears twice, first in line 10", "O1302", None),
         (".nc", CALLED.format("1302"), "line 10 begins with 1302, which lacks", "P1302", ("\n1302", "\nO1302")),
         (".nc", CALLED.format("O13002"), "which nothing calls", "P1302", ("O13002", "O1302")),
+        *(
+            (ending, f"{head} {wrong}", "the digit is there twice", wrong, (wrong, right))
+            for ending, head in ((".nc", "X5"), (".ngc", "X5"), (".mpf", "X5"), (".h", "L X+5"))
+            for wrong, right in (("M088", "M08"), ("M055", "M05"))
+        ),
+        (".nc", "G011 X5 F300", "G011: the digit is there twice; did you mean G01?", "G011", ("G011", "G01")),
+        (".mpf", "G011 X5 F300", "G011: the digit is there twice", "G011", ("G011", "G01")),
+        (".mpf", "M12", "M12: no meaning in this language; [remap]", "M12", None),
+        (".ngc", "X-,8", "X-,8: a decimal comma in a number; did you mean X-.8?", "X-,8", ("X-,8", "X-.8")),
+        (".nc", "Y,8", "Y,8: a decimal comma in a number; did you mean Y.8?", "Y,8", ("Y,8", "Y.8")),
+        (".mpf", "X=,8", "did you mean X=.8?", "X=,8", ("X=,8", "X=.8")),
         (".nc", "M40\nO9010\nX5\nM99", "M40: no meaning in this language", "M40", None),
     ],
 )  # fmt: skip

@@ -72,6 +72,8 @@ _PROC: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?PROC\b", re.IGNORECASE)
 _TO_FILL_IN: Final = '"measure"'
 #: Findings that are mistakes of a program much more often than of the place of its part: a depth with a digit too many.
 _OF_PROGRAMS: Final = ("VP210",)
+#: How a remedy ends that corrects a number of the set-up.
+_SLIP_THERE: Final = " wrong there?"
 #: What stands for what nobody has said, by the table of the set-up.
 _MARKS: Final = {"wcs": '"measure"', "tools": '{ length = "measure" }', "remap": '"decide"'}
 #: Keys of a set-up that stand in no table of it, and what settles a finding.
@@ -79,10 +81,10 @@ _SETTLING: Final[dict[tuple[str, ...], str]] = {SPLIT_KEY: "true", TAPPING_KEY: 
 
 
 #: Signs and numbers that a slip leaves open, a blank, and what is meant: a sign too many or the other one, an = that is
-#: a sign or point, a digit too many before a letter, two letters for one, thousands.
+#: a sign or point, a digit too many before a letter, two letters for one, thousands, a comma before all digits.
 _DOUBTFUL: Final = re.compile(
     r"== =|= EQ|\S*(?:\+-|-\+)\S* .*|\d+[A-Z][-+]?[\d.]* [A-Z].*|([A-Z]\w*+)([-.]\S*) \1=\2|([A-Z])([A-Z]) (?:\3|\4)"
-    r"|(?:\S*[^\d\s])?[1-9]\d{0,2},\d{3} .*\..*",
+    r"|(?:\S*[^\d\s])?[1-9]\d{0,2},\d{3} .*\..*|\S*[A-Z=][-+]?,\d+ .*",
     re.IGNORECASE,
 )
 _BLANK_IN_NUMBER: Final = re.compile(r"(?<=\d)[ \t]+(?=\d)")
@@ -442,7 +444,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     )
     settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
     for remedy in (*item.edits, *settling, *ends):
-        if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
+        if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",) and not remedy.text.endswith(_SLIP_THERE):
             continue
         if remedy.misspelt:
             yield from _spell(found, item, remedy)
@@ -736,7 +738,8 @@ def _change_setup(setup: Path | None, remedy: Remedy, texts: Mapping[Path, str])
     change = _plan_change(text or "", remedy.key, remedy.value)
     if change is None:
         return None
-    what = "Clamp the part at" if remedy.key[0] == "wcs" else "Set"
+    is_moved = remedy.key[0] == "wcs" and not remedy.text.endswith(_SLIP_THERE)
+    what = "Clamp the part at" if is_moved else "Set"
     title = f"{what} {'.'.join(remedy.key)} = {remedy.value} in {setup.name}"
     return Fix(title, setup, text, change.begin, change.end, change.new)
 
