@@ -1898,6 +1898,37 @@ def test_a_set_up_shows_what_its_program_lacks_at_its_table(client: Client, tmp_
         pass
 
 
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_ends_of_lines_and_the_mark_of_utf_8_stay(client: Client, tmp_path: Path, mark: str) -> None:
+    """New lines had another end; behind the mark, the first line had its error and its edit a character too early."""
+    text = f"{mark}G21 G9O G94 G17 G54\nT7 M6\nM3 S9\nG0 X0 Y0 Z200 A0 C0\nG43 Z120 H7\nG1 Z100 F500\n".replace(
+        "\n", "\r\n"
+    )
+    setup = "split_at_stops = true\r\n[wcs]\r\nG54 = [0, 0, 60]\r\n[tools]\r\n7 = { length = 90 }\r\n"
+    path = make_program(tmp_path, "", "part.ngc", None)
+    path.write_bytes(text.encode())
+    Path(f"{path}.toml").write_bytes(setup.encode())
+    uri = client.open(path, text)
+    (first, *_others) = client.diagnostics(uri)["diagnostics"]
+    assert text_at(text, first["range"]) == "G9O"
+    place = {"line": 0, "character": len(mark) + 9}
+    told = client.ask("textDocument/hover", textDocument={"uri": uri}, position=place)
+    assert text_at(text, told["range"]) == "G94"
+    for version, title in enumerate(("Write G90 in place of G9O", "End the program with M30"), 2):
+        fixes = [one for line in range(text.count("\n")) for one in ask_fixes(client, uri, line).items()]
+        action = next(one for name, one in fixes if name.startswith(title))
+        text = apply_edit(action, {uri: text})[uri]
+        client.change(uri, version, text)
+        left = client.diagnostics(uri)["diagnostics"]
+    assert left == []
+    assert text.startswith(f"{mark}G21 G90 G94")
+    assert text.count("\n") == text.count("\r\n") == 7
+    there = Path(f"{path}.toml")
+    setup_uri = client.open(there, f"{mark}{setup}")
+    told = client.ask("textDocument/hover", textDocument={"uri": setup_uri}, position={"line": 4, "character": 8})
+    assert text_at(setup, told["range"]) == "length"
+
+
 def test_a_tool_of_a_set_up_with_nearly_the_name_is_renamed(client: Client, tmp_path: Path) -> None:
     """It was shown at [tools], and only the program could be changed."""
     text = 'G17 G54 G710 G90 G94\nT="MILL_D10"\nM6\nG0 X0 Y0 Z200 A0 C0\nM3 S900\nG1 Z100 F500\nM30\n'

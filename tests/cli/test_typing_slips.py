@@ -985,17 +985,19 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", CALLED.format("O1302\nO1302"), "O1302 appears twice, first in line 10", "O1302", None),
         (".nc", CALLED.format("1302"), "line 10 begins with 1302, which lacks", "P1302", ("\n1302", "\nO1302")),
         (".nc", CALLED.format("O13002"), "which nothing calls", "P1302", ("O13002", "O1302")),
-        *(
-            (ending, f"{head} {wrong}", "the digit is there twice", wrong, (wrong, right))
-            for ending, head in ((".nc", "X5"), (".ngc", "X5"), (".mpf", "X5"), (".h", "L X+5"))
-            for wrong, right in (("M088", "M08"), ("M055", "M05"))
-        ),
+        (".nc", "X5 M088", "M088: the digit is there twice", "M088", ("M088", "M08")),
+        (".ngc", "X5 M055", "M055: the digit is there twice", "M055", ("M055", "M05")),
+        (".mpf", "X5 M088", "M088: the digit is there twice", "M088", ("M088", "M08")),
+        (".h", "L X+5 M055", "M055: the digit is there twice", "M055", ("M055", "M05")),
+        (".ngc", "G9O G94 G17 G55", "G9O: the letter O in a number; did you mean G90?", "G9O", ("G9O", "G90")),
         (".nc", "G011 X5 F300", "G011: the digit is there twice; did you mean G01?", "G011", ("G011", "G01")),
         (".mpf", "G011 X5 F300", "G011: the digit is there twice", "G011", ("G011", "G01")),
         (".mpf", "M12", "M12: no meaning in this language; [remap]", "M12", None),
         (".ngc", "X-,8", "X-,8: a decimal comma in a number; did you mean X-.8?", "X-,8", ("X-,8", "X-.8")),
         (".nc", "Y,8", "Y,8: a decimal comma in a number; did you mean Y.8?", "Y,8", ("Y,8", "Y.8")),
         (".mpf", "X=,8", "did you mean X=.8?", "X=,8", ("X=,8", "X=.8")),
+        (".nc", "G0 A C0", "A needs a number, found 'C'", "A", None),
+        (".ngc", "G0 X Y5", "X needs a number, found 'Y'", "X", None),
         (".nc", "M40\nO9010\nX5\nM99", "M40: no meaning in this language", "M40", None),
     ],
 )  # fmt: skip

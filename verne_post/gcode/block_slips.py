@@ -312,12 +312,14 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
 
 
 def explain_function(source: Text, text: str, item: Finding) -> Finding | None:
-    """A code without a meaning of which M6 beside T, M30 in the last block or M08 of M088 is a slip; None for others."""
+    """A code without a meaning that is a slip of M6 beside T, M30 in the last block, or M08 (M088); None for others."""
     at = (item.column or 1) - 1
     if (match := _DOUBLED_DIGIT.match(text, at)) is not None:  # nobody writes the zero before a number of two digits
-        right = f"{match[1]}0{match[2]}"
-        message = f"{match[0]}: the digit is there twice; did you mean {right}?"
-        return replace(item, message=message, edits=write_words(match[0], right, line=item.line or 0), settled_by=())
+        right_word = f"{match[1]}0{match[2]}"
+        message = f"{match[0]}: the digit is there twice; did you mean {right_word}?"
+        return replace(
+            item, message=message, edits=write_words(match[0], right_word, line=item.line or 0), settled_by=()
+        )
     match = _FUNCTION.match(text, at)
     if match is None or ("remap", f"M{match[1]}") not in item.settled_by:
         return None

@@ -23,7 +23,7 @@ from verne_post.base.stopping import stop_by
 from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import IN_FILE, Inspected, Inspector, SupersededError, require_wanted
-from verne_post.cli.lsp.places import cut_file, find_range, split_lines
+from verne_post.cli.lsp.places import MARK, cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import (
@@ -108,8 +108,11 @@ class Fix(Struct, frozen=True):
     words: tuple[tuple[int, int, str], ...] = ()  #: The same of its words alone, where it is one of several places.
 
     def list_edits(self) -> tuple[tuple[int, int, str], ...]:
-        """Where each change begins and ends, and what is written there."""
-        return self.words or ((self.begin, self.end, self.new),)
+        """Where each change begins and ends, and what is written there, with the ends of lines of the text."""
+        edits = self.words or ((self.begin, self.end, self.new),)
+        if "\r\n" not in (self.text or ""):
+            return edits
+        return tuple((begin, end, re.sub("\r?\n", "\r\n", new)) for begin, end, new in edits)
 
 
 def find_fixes(
@@ -286,7 +289,7 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
     """What a message means by a name, and lines for what it says is missing."""
     yield from _mark_missing(item, path, {path: text})
     sentence = cut_file(item.message)
-    near, place = find_suggestion(sentence), find_place(text, sentence)
+    near, place = find_suggestion(sentence), find_place(text.removeprefix(MARK), sentence)
     if near and place is not None:
         begin = _find_offset(text, place[0] - 1) + place[1]
         end = begin + place[2] - place[1]
@@ -696,7 +699,7 @@ def _find_span(item: Finding, text: str) -> tuple[int, int]:
 
 def _find_offset(text: str, line: int) -> int:
     """Where a line, counted from 0, begins."""
-    return sum(len(one) + 1 for one in text.split("\n")[:line])
+    return sum(len(one) + 1 for one in text.split("\n")[:line]) or int(text.startswith(MARK))
 
 
 def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
