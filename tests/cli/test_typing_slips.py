@@ -135,6 +135,8 @@ def test_a_slip_has_one_finding_and_its_edit(
         ("R 1=5\nX=R1", "R 1", "R1", "Write R1 in place of R 1"),
         ("IF (PASS=0) GOTOF DONE\nX5\nDONE:", "S=0", "S==0", "Write == in place of ="),
         ("FOR PASS = 1 TO 3\nX3\nENDF0R", "ENDF0R", "ENDFOR", "Write ENDFOR in place of ENDF0R in line 8"),
+        ("IF 1>2 GOT0F DONE\nX5\nDONE:", "GOT0F", "GOTOF", "Write GOTOF in place of GOT0F"),
+        ("IF 1<2 G0TOF DONE\nX5\nDONE:", "G0TOF", "GOTOF", "Write GOTOF in place of G0TOF"),
         ("X=CI(5)", "CI", "IC", "Write IC in place of CI"),
         ("G0 DO", "DO", "D0", "Write D0 in place of DO"),
         ("PASS=3\nG1 =ZPASS", "=ZPASS", "Z=PASS", "Write Z=PASS in place of =ZPASS"),
@@ -792,9 +794,10 @@ def test_a_key_beside_is_a_choice(
     assert [(one.value, one.is_choice) for one in item.edits] == [(one, True) for one in choices]
 
 
-@pytest.mark.parametrize("line", ["S 6 000", "X 2 0", "S6000", "S6000 (3)"])
-def test_a_blank_in_a_number_of_fanuc(inspector: Inspector, tmp_path: Path, line: str) -> None:
-    assert check(inspector, tmp_path / "a.nc", embed(".nc", line)).findings == ()
+@pytest.mark.parametrize("line", ["S 6000", "X 20", "X- 20 F 300", "S6000", "S6000 (3)", "G 1 X5 (2 0)"])
+@pytest.mark.parametrize("ending", [".nc", ".ngc"])
+def test_a_blank_before_a_number_is_none_in_it(inspector: Inspector, tmp_path: Path, line: str, ending: str) -> None:
+    assert check(inspector, tmp_path / f"a{ending}", embed(ending, line)).findings == ()
 
 
 def test_m3_is_not_written_before_a_digit(inspector: Inspector, tmp_path: Path) -> None:
@@ -926,6 +929,12 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "90", "write its letter, such as G90 or O90", "90", None),
         (".nc", "2500 M3", "such as N2500 or S2500", "2500", None),
         (".nc", "N15 0 Y-30", "or a blank in N150", "0", None),
+        (".nc", "S 6 000", "S 6 000: blanks mean nothing in a number, so that this is S6000", "S 6", ("S 6 000", "S6000")),
+        (".nc", "X 2 0 Y1", "X 2 0: blanks mean nothing in a number, so that this is X20", "X 2", ("X 2 0", "X20")),
+        (".ngc", "X 2 0 Y1", "X 2 0: blanks mean nothing in a number, so that this is X20", "X 2", ("X 2 0", "X20")),
+        (".ngc", "X- 2 0 Y1", "so that this is X-20", "X", ("X- 2 0", "X-20")),
+        (".ngc", "F1 0 0", "F1 0 0: blanks mean nothing in a number, so that this is F100", "F1", ("F1 0 0", "F100")),
+        (".ngc", "G3 X9 Y0 Z6 0I4 J0", "Z6 0: blanks mean nothing in a number", "Z6", ("Z6 0", "Z60")),
         (".nc", "G4 5", "G4 5: blanks mean nothing in a number, so that this is G45", "G4", ("4 5", "4 P5")),
         (".ngc", "G4 0.3", "the time of G4", "0.3", ("4 0.3", "4 P0.3")),
         (".nc", "G28 91 Z0", "so that this is G2891", "G28", ("28 91", "28 G91")),
