@@ -432,6 +432,14 @@ def test_a_wrong_sign_of_a_work_offset_is_mended_in_the_set_up(
     assert check(inspector, path, text, apply_places(fix)).findings == ()
 
 
+def test_a_line_that_is_added_to_a_set_up_ends_as_its_lines_do(inspector: Inspector, tmp_path: Path) -> None:
+    path, text = tmp_path / "a.ngc", f"{NGC}T7 M6\nG43 H7\nG1 X5 Z5 F500\nM2\n"
+    found = check(inspector, path, text, TOOLS.replace("\n", "\r\n"))
+    fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {path: text}, NEVER)]
+    added = next(apply_places(fix) for fix in fixes if fix.path != path)
+    assert added == f'{TOOLS}7 = {{ length = "measure" }}\n'.replace("\n", "\r\n")
+
+
 COMPENSATED = "G43 H1 Z50\nG41 D1 X10 Y10 F500 G1\nX20\nX30 Y20\nG40 X40\nM2\n"
 
 

@@ -929,7 +929,7 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "90", "write its letter, such as G90 or O90", "90", None),
         (".nc", "2500 M3", "such as N2500 or S2500", "2500", None),
         (".nc", "N15 0 Y-30", "or a blank in N150", "0", None),
-        (".nc", "S 6 000", "S 6 000: blanks mean nothing in a number, so that this is S6000", "S 6", ("S 6 000", "S6000")),
+        (".nc", "S 6 000", "S 6 000: blanks mean nothing in a number", "S 6", ("S 6 000", "S6000")),
         (".nc", "X 2 0 Y1", "X 2 0: blanks mean nothing in a number, so that this is X20", "X 2", ("X 2 0", "X20")),
         (".ngc", "X 2 0 Y1", "X 2 0: blanks mean nothing in a number, so that this is X20", "X 2", ("X 2 0", "X20")),
         (".ngc", "X- 2 0 Y1", "so that this is X-20", "X", ("X- 2 0", "X-20")),

@@ -221,7 +221,10 @@ def _read_tables(data: dict[str, Any]) -> tuple[SettingsFile, list[str]]:
         named = {re.split(r"[ .:,]", text, maxsplit=1)[0] for text in error.sentences}
         if not named & {*data}:
             raise
-        return check({key: value for key, value in data.items() if key not in named}), error.sentences
+        try:
+            return check({key: value for key, value in data.items() if key not in named}), error.sentences
+        except WrongTableError:
+            raise error from None
 
 
 def _shorten(path: Path) -> str:

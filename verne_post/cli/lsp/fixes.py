@@ -401,7 +401,7 @@ def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:
     """The text of a set-up as the editor or the disk has it; empty where there is none."""
     if setup in texts or not setup.is_file():
         return texts.get(setup, "")
-    return setup.read_text("utf-8", errors="replace")
+    return setup.read_bytes().decode("utf-8", errors="replace")  # with the ends of lines that it has
 
 
 def _list_uncovered(fix: Fix, item: Finding, found: Inspected, after: Sequence[Finding]) -> list[Finding]:
