@@ -803,6 +803,8 @@ def test_a_plane_that_is_kept_is_underlined_at_its_word(
                 ("SPINDL RPM,900,CLW", "SPINDL/RPM,900,CLW"),
                 ("SPINDL/RPM900,CLW", "SPINDL/RPM,900,CLW"),
                 ("COOLNTON", "COOLNT/ON"),
+                ("COOLNT/ONN", "COOLNT/ON"),
+                ("MULTAX/OON", "MULTAX/ON"),
                 ("CYCLE/DRILLDEPTH,9,CLEAR,3,MMPM,250", "CYCLE/DRILL,DEPTH,9,CLEAR,3,MMPM,250"),
                 ("DEFSUB7\nGOTO/1,0,60\nENDSUB\nCALSUB/7", "DEFSUB/7\nGOTO/1,0,60\nENDSUB\nCALSUB/7"),
             )

@@ -533,6 +533,7 @@ def test_a_slip_of_the_first_lines_has_its_edit(
         ("[keep_out..a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
         ("[keep_out a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
         ("home = [0. 0, 40]", "home = [0, 0, 40]"),
+        ("home = [00, 0, 40]", "home = [0, 0, 40]"),
         ("home = [0, 0. 40]", "home = [0, 0, 40]"),
         ("[keep_out,a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
         ("[kep_out.a]", "[keep_out.a]"),

@@ -195,7 +195,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if (numbers := _NUMBERS.search(bare)) is not None and numbers.start() < column:
         right = ", ".join(re.split(r"[ \t]*[,; \t][ \t]*", numbers[1]))
         said = bare[numbers.start() + 1 :].strip()
-        return f"{said}: a list has brackets, and commas between its numbers; write [{right}]"
+        if said != f"[{right}]":
+            return f"{said}: a list has brackets, and commas between its numbers; write [{right}]"
     unit = next((one for one in _WITH_UNIT.finditer(bare) if one.start() < column <= one.end()), None)
     if unit is not None:
         right = f"write {unit[1]}, in" if unit[2].lower() in ("mm", "deg", "°", "s") else "write it in"

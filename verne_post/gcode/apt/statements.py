@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import drop_doubles, find_meant
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.plain import MIN_LINES
 from verne_post.gcode.program_error import ProgramError
@@ -138,6 +138,9 @@ def read_word(statement: Statement, expected_words: Sequence[str]) -> str:
         takes = " or ".join(expected_words) if expected_words else "nothing after it"
         here = ", ".join(words)[:40] or "nothing"
         column = statement.find_column(words[0] if words else statement.major)
+        near = next((one for one in drop_doubles(words[0]) if one in expected_words), "") if len(words) == 1 else ""
+        if near:
+            raise ProgramError("VP002", f"{words[0]}: no word of {statement.major}; did you mean {near}?", column)
         raise ProgramError("VP005", f"{statement.major} takes {takes}; here is {here}", column)
     return words[0]
 
