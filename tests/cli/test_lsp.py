@@ -17,6 +17,7 @@ import pytest
 
 from verne_post.cli.files import RunFiles
 from verne_post.config import list_machine_files, subprograms
+from verne_post.config.as_built import AsBuiltFile
 from verne_post.model.control_keys import KEYS
 from verne_post.model.findings import make_finding
 
@@ -260,6 +261,9 @@ def test_hover_of_a_key_says_what_it_holds(client: Client, tmp_path: Path) -> No
 def test_every_key_of_a_file_says_what_it_is_for_when_it_is_hovered_over() -> None:
     """What a table is for where a key has no more to say; units, which wcs.G54 and limits.a_velocity had not."""
     texts = {path: path.read_text("utf-8") for path in list_machine_files().values()}
+    texts[Path("as-built.toml")] = "[as_built]\nfile = 'x'\n" + "".join(
+        f"{name} = 0\n" for name in AsBuiltFile.__struct_fields__
+    )
     control = "".join(
         f"[{dialect}]\n" + "".join(f"{key} = 1\n" for key in keys.__struct_fields__) for dialect, keys in KEYS.items()
     )
@@ -1819,6 +1823,10 @@ MACHINE = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_te
         ("part.nc.toml", 'rapids = "line"\n', 'rapids "line"\n', 'rapids "line"', "Write = after rapids"),
         ("part.nc.toml", "tools.3 = { length = 9, diameter = 6 }\n", "tools.3 = { length = 9 diameter = 6 }\n",
          "tools.3 = { length = 9 diameter = 6 }", "Write , after 9"),
+        ("part.nc.toml", "allow_rewind = true\n", "allow_rewind true\n", "allow_rewind true",
+         "Write = after allow_rewind"),
+        ("my_machine.toml", MACHINE, MACHINE.replace('table = "assumed', 'table = "assumeed'), "table",
+         'Write "assumed" in place of "assumeed"'),
         ("verne-post.toml", "[options]\ntolerance = 0.1\n", "[options]\ntolerence = 0.1\n",
          "tolerence", "Write tolerance in place of tolerence"),
         ("my_machine.toml", MACHINE, MACHINE.replace("[spindle]", "[spindel]"), "[spindel]",
@@ -1888,6 +1896,51 @@ def test_a_set_up_shows_what_its_program_lacks_at_its_table(client: Client, tmp_
     client.change(there.as_uri(), 2, marked.replace('"measure"', "90"))
     while client.diagnostics(there.as_uri())["diagnostics"]:
         pass
+
+
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_ends_of_lines_and_the_mark_of_utf_8_stay(client: Client, tmp_path: Path, mark: str) -> None:
+    """New lines had another end; behind the mark, the first line had its error and its edit a character too early."""
+    text = f"{mark}G21 G9O G94 G17 G54\nT7 M6\nM3 S9\nG0 X0 Y0 Z200 A0 C0\nG43 Z120 H7\nG1 Z100 F500\n".replace(
+        "\n", "\r\n"
+    )
+    setup = "split_at_stops = true\r\n[wcs]\r\nG54 = [0, 0, 60]\r\n[tools]\r\n7 = { length = 90 }\r\n"
+    path = make_program(tmp_path, "", "part.ngc", None)
+    path.write_bytes(text.encode())
+    Path(f"{path}.toml").write_bytes(setup.encode())
+    uri = client.open(path, text)
+    (first, *_others) = client.diagnostics(uri)["diagnostics"]
+    assert text_at(text, first["range"]) == "G9O"
+    place = {"line": 0, "character": len(mark) + 9}
+    told = client.ask("textDocument/hover", textDocument={"uri": uri}, position=place)
+    assert text_at(text, told["range"]) == "G94"
+    for version, title in enumerate(("Write G90 in place of G9O", "End the program with M30"), 2):
+        fixes = [one for line in range(text.count("\n")) for one in ask_fixes(client, uri, line).items()]
+        action = next(one for name, one in fixes if name.startswith(title))
+        text = apply_edit(action, {uri: text})[uri]
+        client.change(uri, version, text)
+        left = client.diagnostics(uri)["diagnostics"]
+    assert left == []
+    assert text.startswith(f"{mark}G21 G90 G94")
+    assert text.count("\n") == text.count("\r\n") == 7
+    there = Path(f"{path}.toml")
+    setup_uri = client.open(there, f"{mark}{setup}")
+    told = client.ask("textDocument/hover", textDocument={"uri": setup_uri}, position={"line": 4, "character": 8})
+    assert text_at(setup, told["range"]) == "length"
+
+
+def test_a_tool_of_a_set_up_with_nearly_the_name_is_renamed(client: Client, tmp_path: Path) -> None:
+    """It was shown at [tools], and only the program could be changed."""
+    text = 'G17 G54 G710 G90 G94\nT="MILL_D10"\nM6\nG0 X0 Y0 Z200 A0 C0\nM3 S900\nG1 Z100 F500\nM30\n'
+    right = '[wcs]\nG54 = [0, 0, 60]\n[tools]\n"MILL_D10" = { length = 90 }\n'
+    setup = right.replace("MILL_", "MIL_")
+    there = Path(f"{make_program(tmp_path, text, 'part.mpf', setup)}.toml")
+    shown = show_file(client, there, setup)
+    assert (shown["word"], shown["range"]["start"]["line"]) == ('"MIL_D10"', 3)
+    (action,) = ask_fixes(client, there.as_uri(), 3).values()
+    assert apply_edit(action, {there.as_uri(): setup})[there.as_uri()] == right
+    client.change(there.as_uri(), 2, right)
+    assert client.diagnostics(there.as_uri())["diagnostics"] == []
 
 
 @pytest.mark.parametrize(

@@ -379,6 +379,9 @@ def test_a_finding_without_an_edit_is_underlined_at_its_word(
         (".ngc", "2X1", "2X1", "X21", False),  # or X1
         (".ngc", "X1,500", "X1,500", "X1.500", False),
         (".ngc", "X1,5", "X1,5", "X1.5", True),
+        (".ngc", "X-,5", "X-,5", "X-.5", False),  # or X-5
+        (".ngc", "M088", "M088", "M08", True),
+        (".mpf", "T1 D1\nN30 M66", "M66", "M6", False),  # or a code of the builder
         (".mpf", "R103.5", "R103.5", "R103=.5", False),  # or R10=3.5
         (".mpf", "R1==5", "==", "=", False),
         (".mpf", "G7l0", "G7l0", "G710", False),  # or G70
@@ -411,6 +414,30 @@ def test_an_end_before_the_first_motion_is_named(inspector: Inspector, tmp_path:
     assert message.startswith("M30 ends the program before its first motion: lines 5 to 6 move axes after it")
     assert underlined == "M30"
     assert made == {"Write M3 in place of M30 in line 4": (path, text.replace("M30", "M3", 1), False)}
+
+
+@pytest.mark.parametrize(("wrong", "right"), [("-90", "90"), ("-100.0", "100")])
+def test_a_wrong_sign_of_a_work_offset_is_mended_in_the_set_up(
+    inspector: Inspector, tmp_path: Path, wrong: str, right: str
+) -> None:
+    """Below the table face, no edit moved the part: a depth with a digit too many is likelier there."""
+    path, text = tmp_path / "a.ngc", f"{NGC}G1 X5 Z5 F500\nG0 Z50\nM2\n"
+    setup = SETUP.replace("0, 60", f"0, {wrong}")
+    found = check(inspector, path, text, setup)
+    (item,) = found.findings
+    assert item.code == "VP210"
+    (fix,) = (one for one in find_fixes(inspector, found, item, {path: text}, NEVER) if one.path != path)
+    assert (apply_places(fix), fix.settles) == (SETUP.replace("0, 60", f"0, {right}"), False)
+    assert fix.title == f"Set wcs.G54 = [0, 0, {right}] in a.ngc.toml (no errors then)"
+    assert check(inspector, path, text, apply_places(fix)).findings == ()
+
+
+def test_a_line_that_is_added_to_a_set_up_ends_as_its_lines_do(inspector: Inspector, tmp_path: Path) -> None:
+    path, text = tmp_path / "a.ngc", f"{NGC}T7 M6\nG43 H7\nG1 X5 Z5 F500\nM2\n"
+    found = check(inspector, path, text, TOOLS.replace("\n", "\r\n"))
+    fixes = [fix for item in found.findings for fix in find_fixes(inspector, found, item, {path: text}, NEVER)]
+    added = next(apply_places(fix) for fix in fixes if fix.path != path)
+    assert added == f'{TOOLS}7 = {{ length = "measure" }}\n'.replace("\n", "\r\n")
 
 
 COMPENSATED = "G43 H1 Z50\nG41 D1 X10 Y10 F500 G1\nX20\nX30 Y20\nG40 X40\nM2\n"
@@ -757,9 +784,34 @@ def test_a_plane_that_is_kept_is_underlined_at_its_word(
         ("a.cls", "SPINDL/30O0,CLW", "SPINDL/3000,CLW"),
         ("a.cls", "LOADTL/1,ADJUST,1O", "LOADTL/1,ADJUST,10"),
         ("a.cls", "GO/1,0,60", None),
+        *(
+            ("a.cls", wrong, right)
+            for wrong, right in (
+                ("LOADTL5", "LOADTL/5"),
+                ("LOADTL5,ADJUST,5", "LOADTL/5,ADJUST,5"),
+                ("LOADTL/1,2", None),
+                ("GOTO-1.0,20.0,5.0", "GOTO/-1.0,20.0,5.0"),
+                ("GOTO/1.0,20,0000,-2.5000", "GOTO/1.0,20.0000,-2.5000"),
+                ("GOTO/1,2,0,60", None),
+                ("GOTO/1.,0.,60.,0,0000,.6,.8", "GOTO/1.,0.,60.,0.0000,.6,.8"),
+                ("GOTO/1.0,2.0;60", "GOTO/1.0,2.0,60"),
+                ("GOTO/1,0,,60", "GOTO/1,0,60"),
+                ("GOTO//1,0,60", "GOTO/1,0,60"),
+                ("GOTO/1,0,6..5", "GOTO/1,0,6.5"),
+                ("FEDRATMMPM,400", "FEDRAT/MMPM,400"),
+                ("FEDRAT/MMPM.400.0000", "FEDRAT/MMPM,400.0000"),
+                ("SPINDL RPM,900,CLW", "SPINDL/RPM,900,CLW"),
+                ("SPINDL/RPM900,CLW", "SPINDL/RPM,900,CLW"),
+                ("COOLNTON", "COOLNT/ON"),
+                ("COOLNT/ONN", "COOLNT/ON"),
+                ("MULTAX/OON", "MULTAX/ON"),
+                ("CYCLE/DRILLDEPTH,9,CLEAR,3,MMPM,250", "CYCLE/DRILL,DEPTH,9,CLEAR,3,MMPM,250"),
+                ("DEFSUB7\nGOTO/1,0,60\nENDSUB\nCALSUB/7", "DEFSUB/7\nGOTO/1,0,60\nENDSUB\nCALSUB/7"),
+            )
+        ),
     ],
 )
-def test_what_looks_like_a_digit_has_its_edit_in_every_language(
+def test_what_looks_like_a_digit_or_sign_has_its_edit_in_every_language(
     inspector: Inspector, tmp_path: Path, name: str, line: str, right: str | None
 ) -> None:
     """In expressions it was a name without a value, or no number at all; behind it, a bracket was missing."""

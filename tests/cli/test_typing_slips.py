@@ -135,6 +135,8 @@ def test_a_slip_has_one_finding_and_its_edit(
         ("R 1=5\nX=R1", "R 1", "R1", "Write R1 in place of R 1"),
         ("IF (PASS=0) GOTOF DONE\nX5\nDONE:", "S=0", "S==0", "Write == in place of ="),
         ("FOR PASS = 1 TO 3\nX3\nENDF0R", "ENDF0R", "ENDFOR", "Write ENDFOR in place of ENDF0R in line 8"),
+        ("IF 1>2 GOT0F DONE\nX5\nDONE:", "GOT0F", "GOTOF", "Write GOTOF in place of GOT0F"),
+        ("IF 1<2 G0TOF DONE\nX5\nDONE:", "G0TOF", "GOTOF", "Write GOTOF in place of G0TOF"),
         ("X=CI(5)", "CI", "IC", "Write IC in place of CI"),
         ("G0 DO", "DO", "D0", "Write D0 in place of DO"),
         ("PASS=3\nG1 =ZPASS", "=ZPASS", "Z=PASS", "Write Z=PASS in place of =ZPASS"),
@@ -195,6 +197,7 @@ def test_a_sign_of_siemens_that_is_missing_or_too_many(
         ('CALL LBL "ON"\nM30\nLBL "ON""\nL X+5\nLBL 0', '"ON""', '"ON"', 'did you mean "ON"?'),
         ("CALL LBL 10\nM30\nLBL l0\nL X+5\nLBL 0", "l0", "10", "a letter in the number; did you mean 10?"),
         ("CALL LBL 7\nM30\nLBK 7\nL X+5\nLBL 0", "LBK", "LBL", "did you mean LBL?"),
+        ('CALL LBK "ON"\nM30\nLBL "ON"\nL X+5\nLBL 0', "LBK", "LBL", "did you mean LBL?"),
         ("LBL 1\nL X+5\nCALL LBL l REP 2", "LBL l", "LBL 1", "did you mean 1?"),
         ("LL X+5", "LL", "L", "the letter is there twice"),
         ("FNN 0: Q1 = +5\nL X+Q1", "FNN", "FN", "the letter is there twice"),
@@ -458,6 +461,36 @@ def test_an_edit_of_a_called_file_is_none_of_the_call(inspector: Inspector, tmp_
     assert item.edits == ()
 
 
+MACRO = "%\nO8002\n#100=0\nWHILE [#100 LT #2] DO1\nG1 Z{} F250.\n#100=#100+1\nEND1\nM99\n%\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "wrong", "right", "caller"),
+    [
+        ("O8002.nc", MACRO, "-1,5", "-1.5", ""),
+        ("O8002.nc", MACRO, "-1,5", "-1.5", "".join(HEADS[".nc"]).replace("M30", "G65 P8002 B3.\nM30")),
+        ("O8002.nc", MACRO, "1O.", "10.", "".join(HEADS[".nc"]).replace("M30", "G65 P8002 B0.\nM30")),
+        ("s.ngc", "o<s> sub\no5 if [#1 GT 0]\nG1 Z{}\no5 endif\no<s> endsub\n", "1O", "10", ""),
+        ("S.SPF", "PROC S(REAL T)\nIF T<0\nG1 X=T\nRET\nENDIF\nTRAORI\n{}\nRET\n", "TRAFOF", "TRAFOOF", ""),
+        ("S.SPF", "PROC S(REAL T)\nWHILE T>0\n{}\nT=T-1\nENDWHILE\nRET\n", "G0 DO", "G0 D0", ""),
+        ("S.SPF", "PROC S(REAL T)\nFOR R1=1 TO T\n{}\nENDFOR\nRET\n", "G1 X3 SUPAD0", "G1 X3 SUPA D0", ""),
+    ],
+)  # fmt: skip
+def test_a_slip_under_a_condition_of_a_called_file_has_its_edit(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, wrong: str, right: str, caller: str
+) -> None:
+    """Lines that are not executed without the values of a call were not read, and with them the error had no place."""
+    path, text, right = tmp_path / name, text.format(wrong), text.format(right)
+    if caller:
+        check(inspector, tmp_path / "a.nc", caller)
+    found = inspector.check(path, {path: text}, NEVER)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert item.column is not None
+    (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert (apply_places(fix), fix.settles) == (right, True)
+    assert inspector.check(path, {path: right}, NEVER).findings == ()
+
+
 @pytest.mark.parametrize("ending", [".nc", ".ngc"])
 @pytest.mark.parametrize(
     ("wrong", "right", "said"),
@@ -494,6 +527,14 @@ def test_a_slip_of_the_first_lines_has_its_edit(
         ("keep_out.a = 5\n[tools", "keep_out.a = 5\n[tools]"),
         ("tools]", "[tools]"),
         *((wrong, "[tools]") for wrong in ("[tool]s", "[[tools]", "[tools]]", "{tools]")),
+        ("t[ools]", "[tools]"),
+        ("[.tools]", "[tools]"),
+        ("[tools.]", "[tools]"),
+        ("[keep_out..a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
+        ("[keep_out a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
+        ("home = [0. 0, 40]", "home = [0, 0, 40]"),
+        ("home = [00, 0, 40]", "home = [0, 0, 40]"),
+        ("home = [0, 0. 40]", "home = [0, 0, 40]"),
         ("[keep_out,a]\nmin = [1, 2, 3]", "[keep_out.a]\nmin = [1, 2, 3]"),
         ("[kep_out.a]", "[keep_out.a]"),
         ("tolerance = 0..02", "tolerance = 0.02"),
@@ -513,7 +554,24 @@ def test_a_slip_of_the_first_lines_has_its_edit(
         *(
             (f"allow_rewind = {wrong}", f"allow_rewind = {right}")
             for right, words in (
-                ("true", ("True", "ture", "tru", "yes", "on", "1", '"true"', "'on'", '"ture"')),
+                (
+                    "true",
+                    (
+                        "True",
+                        "ture",
+                        "tru",
+                        "yes",
+                        "on",
+                        "1",
+                        '"true"',
+                        "'on'",
+                        '"ture"',
+                        "rrue",
+                        "yrue",
+                        "rue",
+                        "tru e",
+                    ),
+                ),
                 ("false", ("FALSE", "flase", "no", "off", "0", '"false"', '"no"')),
             )
             for wrong in words
@@ -548,7 +606,7 @@ def test_h_without_g43_may_be_g(inspector: Inspector, tmp_path: Path) -> None:
         assert made["Write H1 in place of H91"][1:] == (text.replace("H91", "H1"), is_preferred)
 
 
-@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "9Q", "9.5.0", "8\nto ol = 3"])
+@pytest.mark.parametrize("wrong", ["5 80 mm", "80 cm", "8. 5", "9Q", "9.5.0", "8\nto ol = 3"])
 def test_a_slip_of_a_setup_has_no_edit_that_leaves_no_toml(inspector: Inspector, tmp_path: Path, wrong: str) -> None:
     """Nor one that makes 80 mm of 80 cm."""
     path, text = tmp_path / "a.ngc.toml", f"tool_length = {wrong}\n[wcs]\nG54 = [0, 0, 60]\n"
@@ -737,9 +795,10 @@ def test_a_key_beside_is_a_choice(
     assert [(one.value, one.is_choice) for one in item.edits] == [(one, True) for one in choices]
 
 
-@pytest.mark.parametrize("line", ["S 6 000", "X 2 0", "S6000", "S6000 (3)"])
-def test_a_blank_in_a_number_of_fanuc(inspector: Inspector, tmp_path: Path, line: str) -> None:
-    assert check(inspector, tmp_path / "a.nc", embed(".nc", line)).findings == ()
+@pytest.mark.parametrize("line", ["S 6000", "X 20", "X- 20 F 300", "S6000", "S6000 (3)", "G 1 X5 (2 0)"])
+@pytest.mark.parametrize("ending", [".nc", ".ngc"])
+def test_a_blank_before_a_number_is_none_in_it(inspector: Inspector, tmp_path: Path, line: str, ending: str) -> None:
+    assert check(inspector, tmp_path / f"a{ending}", embed(ending, line)).findings == ()
 
 
 def test_m3_is_not_written_before_a_digit(inspector: Inspector, tmp_path: Path) -> None:
@@ -871,6 +930,12 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "90", "write its letter, such as G90 or O90", "90", None),
         (".nc", "2500 M3", "such as N2500 or S2500", "2500", None),
         (".nc", "N15 0 Y-30", "or a blank in N150", "0", None),
+        (".nc", "S 6 000", "S 6 000: blanks mean nothing in a number", "S 6", ("S 6 000", "S6000")),
+        (".nc", "X 2 0 Y1", "X 2 0: blanks mean nothing in a number, so that this is X20", "X 2", ("X 2 0", "X20")),
+        (".ngc", "X 2 0 Y1", "X 2 0: blanks mean nothing in a number, so that this is X20", "X 2", ("X 2 0", "X20")),
+        (".ngc", "X- 2 0 Y1", "so that this is X-20", "X", ("X- 2 0", "X-20")),
+        (".ngc", "F1 0 0", "F1 0 0: blanks mean nothing in a number, so that this is F100", "F1", ("F1 0 0", "F100")),
+        (".ngc", "G3 X9 Y0 Z6 0I4 J0", "Z6 0: blanks mean nothing in a number", "Z6", ("Z6 0", "Z60")),
         (".nc", "G4 5", "G4 5: blanks mean nothing in a number, so that this is G45", "G4", ("4 5", "4 P5")),
         (".ngc", "G4 0.3", "the time of G4", "0.3", ("4 0.3", "4 P0.3")),
         (".nc", "G28 91 Z0", "so that this is G2891", "G28", ("28 91", "28 G91")),
@@ -930,6 +995,19 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", CALLED.format("O1302\nO1302"), "O1302 appears twice, first in line 10", "O1302", None),
         (".nc", CALLED.format("1302"), "line 10 begins with 1302, which lacks", "P1302", ("\n1302", "\nO1302")),
         (".nc", CALLED.format("O13002"), "which nothing calls", "P1302", ("O13002", "O1302")),
+        (".nc", "X5 M088", "M088: the digit is there twice", "M088", ("M088", "M08")),
+        (".ngc", "X5 M055", "M055: the digit is there twice", "M055", ("M055", "M05")),
+        (".mpf", "X5 M088", "M088: the digit is there twice", "M088", ("M088", "M08")),
+        (".h", "L X+5 M055", "M055: the digit is there twice", "M055", ("M055", "M05")),
+        (".ngc", "G9O G94 G17 G55", "G9O: the letter O in a number; did you mean G90?", "G9O", ("G9O", "G90")),
+        (".nc", "G011 X5 F300", "G011: the digit is there twice; did you mean G01?", "G011", ("G011", "G01")),
+        (".mpf", "G011 X5 F300", "G011: the digit is there twice", "G011", ("G011", "G01")),
+        (".mpf", "M12", "M12: no meaning in this language; [remap]", "M12", None),
+        (".ngc", "X-,8", "X-,8: a decimal comma in a number; did you mean X-.8?", "X-,8", ("X-,8", "X-.8")),
+        (".nc", "Y,8", "Y,8: a decimal comma in a number; did you mean Y.8?", "Y,8", ("Y,8", "Y.8")),
+        (".mpf", "X=,8", "did you mean X=.8?", "X=,8", ("X=,8", "X=.8")),
+        (".nc", "G0 A C0", "A needs a number, found 'C'", "A", None),
+        (".ngc", "G0 X Y5", "X needs a number, found 'Y'", "X", None),
         (".nc", "M40\nO9010\nX5\nM99", "M40: no meaning in this language", "M40", None),
     ],
 )  # fmt: skip

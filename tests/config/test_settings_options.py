@@ -39,6 +39,9 @@ def test_the_file_sets_what_the_command_line_does_not(folder: Path, run: Callabl
         ("tolerence = 0.1", "options.tolerence: this is no option of a settings file; did you mean tolerance?"),
         ('smoothing = "bogus"', "options.smoothing = 'bogus': expected one of spline, blend, off"),
         ("from_line = 3", "options.from_line: this is no option of a settings file"),
+        # beside a mistake in another table, it was not told
+        ("tolerance = -1\n[check]\nignor = []", "options.tolerance = -1: expected 1e-06 to 10 mm"),
+        ("tolerance = -1\n[check]\nignor = []", "check.ignor is not a key of a settings file; did you mean ignore?"),
         ("wcs = {G54 = [0, 0, 1]}", "options.wcs: this is no option of a settings file"),
     ],
 )

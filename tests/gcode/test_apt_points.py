@@ -100,12 +100,15 @@ def test_stretches_are_executed_as_arrays(stretches):
         ("LOADTL/3,LENGHT,80", "LENGTH", (2, 10)),
         ("CYCLE/DRILL,DEPHT,5,MMPM,100,CLEAR,2", "DEPTH", (2, 13)),
         ("GOTO/20.0,0.0-2.0", "0.0,-2.0", (2, 11)),
-        ("GOTO 20,0,5", "GOTO/20,0,5", (2, 1)),
+        ("GOTO 20,0,5", "GOTO/20", (2, 1)),
+        ("GOTO/20.0;0.0,2.0", "20.0,0.0", (2, 6)),
+        ("GOTO/20.0,,0.0,2.0", "20.0", (2, 6)),
+        ("GOTO/20.0,0..5,2.0", "0.5", (2, 11)),
         ("PARTN BLADE", "PARTNO", (2, 1)),
     ],
 )
 def test_a_slip_in_a_statement_names_what_is_meant(written: str, meant: str, place: tuple[int, int]) -> None:
-    source = f"PARTNO A\n{written}\nFINI\n".encode()
+    source = f"RAPID\n{written}\nFINI\n".encode()
     options = Options(dialect="aptcl", tool_length=80.0, wcs={"G54": (0, 0, 60)})
     (item,) = [one for one in check(source, "verne", options).findings if one.severity == "error"]
     assert (item.line, item.column) == place

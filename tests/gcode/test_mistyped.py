@@ -425,12 +425,13 @@ def test_a_letter_is_lost(run: Callable[..., Any], tmp_path: Path, line: str, co
 
 
 def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_path: Path) -> None:
-    """LinuxCNC reads blanks and a point in a block number: the program runs, and is warned of."""
+    """LinuxCNC reads blanks in numbers and a point in a block number: the program runs, and is warned of."""
     lines = "\n".join(["N10 X1 Y1 (N1 2)"] * 20 + ["N520 50.", "N15. X35", "X 1 0"] + ["N10 X1 Y2"] * 20)
     found = find_errors(run, tmp_path, "p.ngc", lines)
-    assert [one[: one.index(": all of it")] for one in found] == [
+    assert [re.split(": (?:all of it|blanks)", one)[0] for one in found] == [
         "24:6: VP001 warning: N520 50.",
         "25:1: VP001 warning: N15.",
+        "26:5: VP001 warning: X 1 0",
     ]
 
 
@@ -489,16 +490,19 @@ def test_a_slip_has_one_finding_and_what_follows_has_none(
     [
         (
             "G1 X1 F1 0 0\nX2 Z6 0\nX5 7\nX15 28 F500\nX3",
-            [*(f"{at}: VP001 warning" for at in ("5:7", "6:4", "7:5")), "7: VP110 error"],
+            [*(f"{at}: VP001 warning" for at in ("4:7", "5:7", "6:4", "7:5")), "7: VP110 error"],
         ),
-        ("G1 X1 F1 0 0\nX2 Y1 0\nX9000", ["5:7: VP001 warning", "6: VP110 error"]),  # F1 0 0 is meant
+        ("G1 X1 F1 0 0\nX2 Y1 0\nX9000", ["4:7: VP001 warning", "5:7: VP001 warning", "6: VP110 error"]),
         ("G1 F1 500\nX9000\nX0", ["4:7: VP001 warning", "5: VP110 error"]),
         ("G1 X5 7000 F500\nY5", ["4:7: VP001 warning", "4: VP110 error"]),  # line 5 begins there too
         ("G1 Y1 20 F500\nY0\nX9000", ["4:7: VP001 warning", "6: VP110 error"]),
         ("G1 Y1 20 F500\nX9000", ["4:7: VP001 warning", "5: VP110 error"]),
         ("F500\nG1 X1 20\nG2 X9 Y9 I3", ["5:7: VP001 warning", "6: VP008 error"]),
         ("F500\nG1 X12 0\nX0\nG2 X9 Y9 I3", ["5:8: VP001 warning", "7: VP008 error"]),
-        ("G0 Z3 0\nG1 X1 F1 0 0 Y 2 0\nX12 5\nG1 7 X3", [f"{at}: VP001 warning" for at in ("4:7", "6:5", "7:4")]),
+        (
+            "G0 Z3 0\nG1 X1 F1 0 0 Y 2 0\nX12 5\nG1 7 X3",
+            [f"{at}: VP001 warning" for at in ("4:7", "5:7", "6:5", "7:4")],
+        ),
         ("G0 0 Y0", ["4:4: VP001 warning"]),
         ("G1 X1 05 F500\nX2 0", [f"{at}: VP001 warning" for at in ("4:4", "5:4")]),
     ],
@@ -506,7 +510,7 @@ def test_a_slip_has_one_finding_and_what_follows_has_none(
 def test_a_number_with_a_blank_hides_no_error(
     run: Callable[..., Any], tmp_path: Path, lines: str, wanted: list[str]
 ) -> None:
-    """It is named where it stands, whatever fails because of it; F1 0 0 and Y 2 0 are meant."""
+    """It is named where it stands, whatever fails because of it; one for each line."""
     found = find_errors(run, tmp_path, "p.ngc", lines)
     assert [re.match(r"[\d:]+ VP\d+ \w+", one)[0] for one in found] == wanted
 

@@ -107,7 +107,9 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
 def find_truth(word: str) -> str:
     """Which of true and false is meant by a word such as yes, True or ture; empty where none is."""
     known, word = ("true", "false"), word.lower()
-    return word if word in known else _TRUTHS.get(word, "") or find_meant(word, known, slip_alone=True)
+    near = word if word in known else _TRUTHS.get(word, "") or find_meant(word, known, slip_alone=True)
+    # there are but two: another first letter, or none, is a slip, too
+    return near or next((one for one in known if (word and word[1:] == one[1:]) or word == one[1:]), "")
 
 
 def find_meant_number(number: str, known: Iterable[str]) -> str:

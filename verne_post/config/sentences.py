@@ -1,6 +1,7 @@
 """Tables of files against their schemas: the values, or a sentence for each wrong key: key, value, what is right."""
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar, Final, Literal, TypeVar, get_args, get_origin
@@ -170,10 +171,19 @@ def _describe_expected(kind: Any, fitting: Any, value: object, place: tuple[int 
         return f"{describe(kinds[0])}{example}; {_list_keys(kinds[0])}"
     if (fitting is not None and fitting not in words) or not 0 < len(words) < len(kinds):
         text = describe(kind if fitting is None else fitting)
+        if isinstance(value, str) and (near := _find_meant_text(fitting, value)):
+            return f"{text}; did you mean {near}?"
         return f"{text}, without quotes" if isinstance(value, str) and text.startswith("a number") else text
     numbers = " or ".join(describe(one) for one in kinds if one not in words)
     quotes = ", without quotes" if isinstance(value, str) else ""
     return f"{numbers}{quotes}; or {' or '.join(json.dumps(word) for one in words for word in get_args(one))}"
+
+
+def _find_meant_text(kind: Any, value: str) -> str:
+    """The text with the word at its beginning that its pattern has; empty where none is near."""
+    first, *_rest = value.split() or [""]
+    near = find_meant(first, re.findall(r"\w{4,}", str(strip_bounds(kind)[1].pattern or "")), slip_alone=True)
+    return value.replace(first, near, 1) if near else ""
 
 
 def _list_keys(schema: type[Table]) -> str:

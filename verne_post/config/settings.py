@@ -1,8 +1,10 @@
 """The settings file, verne-post.toml: options, user-defined codes, fixtures, stock, policy of findings."""
 
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatch
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -164,7 +166,7 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
             if not isinstance(table, dict):
                 raise make_input_error("VP503", f"{path.name}: there is no table [tool.verne-post] in it")
             data = table
-        file = check_table(SettingsFile, data, "a settings file", elsewhere=_PLACES)
+        file, texts = _read_tables(data)
     except OSError as error:
         raise make_input_error("VP503", f"settings file {str(path)!r}: {error.strerror or error}") from None
     except WrongTableError as error:
@@ -172,7 +174,7 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
     except ValueError as error:
         raise make_input_error("VP503", f"{path.name}: {error}") from None
     control = {dialect: getattr(file, dialect) for dialect in KEYS}
-    texts = (*find_wrong_codes(file.remap), *find_wrong_keys(control, _PLACES))
+    texts += [*find_wrong_codes(file.remap), *find_wrong_keys(control, _PLACES)]
     wrong = [make_finding("VP503", f"{path.name}: {text}") for text in texts]
     whys = find_wrong_options(file.options, _ALLOWED, elsewhere=_PLACES)
     wrong += [make_finding("VP503", f"{path.name}: options.{why}") for why in whys]
@@ -202,6 +204,27 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
         check = replace(check, baseline=str(path.parent / check.baseline))
     machine = file.machine if machine is None else str(path.parent / machine)
     return Settings(file, path.resolve().parent, check, control, setups, machine, _shorten(path))
+
+
+def _read_tables(data: dict[str, Any]) -> tuple[SettingsFile, list[str]]:
+    """The settings without the keys at the top in which something is wrong, and a sentence for each mistake.
+
+    Raises
+    ------
+    WrongTableError
+        For what is wrong with them together.
+    """
+    check = partial(check_table, SettingsFile, kind_of_file="a settings file", elsewhere=_PLACES)
+    try:
+        return check(data), []
+    except WrongTableError as error:
+        named = {re.split(r"[ .:,]", text, maxsplit=1)[0] for text in error.sentences}
+        if not named & {*data}:
+            raise
+        try:
+            return check({key: value for key, value in data.items() if key not in named}), error.sentences
+        except WrongTableError:
+            raise error from None
 
 
 def _shorten(path: Path) -> str:

@@ -40,6 +40,9 @@ _NO_BEGIN: Final = re.compile(
     r"^[ \t]*([\w.-]+\])[ \t\r]*$|^[ \t]*[\w.\"'-]+[ \t]*=[ \t]*([\w-]+[ \t]*=[^{}]*\})[ \t\r]*$"
 )
 _BLANK_IN_NUMBER: Final = re.compile(r"=[ \t]*([-+]?\d+(?:\.\d*)?[ \t]+\d+)(?=[ \t]*[,}])")
+#: A point in place of the comma behind a number of a list.
+_POINT_FOR_COMMA: Final = re.compile(r"(?<=[\[, \t])([-+]?\d++)\.[ \t]++(?=[-+]?\d)")
+_LIST: Final = re.compile(r"\[[-+\d., \t]*\]")
 _OPEN_POINT: Final = re.compile(r"([-+]?)(?:(\d+)\.|(\.\d+))")
 _WITH_UNIT: Final = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)[ \t]*((?i:mm|cm|in|inch|deg)|m|°|s|ms)(?!\w)")
 _ZERO_FIRST: Final = re.compile(r"([-+]?)0+(\d+(?:\.\d+)?)")
@@ -55,7 +58,7 @@ LACKS_EQUALS: Final = "write = between a key and its value"
 LACKS_COMMA: Final = "write a comma between the keys of a table"
 COLON: Final = "write = instead of :"
 #: A header with a bracket too many or at a wrong place, or with a comma for its point.
-_HEADER: Final = re.compile(r"(?=.*[\[\]])[\[{(]+[ \t]*[A-Za-z_][\w.,-]*[ \t]*[\]})]+\w*")
+_HEADER: Final = re.compile(r"[\[{(]+[ \t]*\.?[A-Za-z_][\w., \t-]*[\]})]+\w*|[A-Za-z_]\w*\[\w+\]")
 _QUOTES: Final = "\"'"
 #: How a message of tomllib ends that names no line.
 _AT_END: Final = " (at end of document)"
@@ -163,8 +166,9 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"{parted[1]}: a blank in a number; write {''.join(parted[1].split())}"
     if "hex value" in message or "Unescaped" in message:
         return "a backslash in a text; write the text in ' ' instead of quotation marks"
-    if (header := _HEADER.fullmatch(bare.strip())) is not None:
-        right = "".join(re.findall(r"[^\[\](){} \t]", header[0])).replace(",", ".")
+    if (header := _HEADER.fullmatch(line.strip() if '"' in line else bare.strip())) is not None:
+        right = re.sub(r"[\[\](){}]", "", header[0]).strip(" \t.,")
+        right = re.sub(r"[ \t]*[.,][ \t.,]*|[ \t]+", ".", right)
         return f"{header[0]}: the header of a table is its name in brackets; write [{right}]"
     if (
         message.startswith("Expected newline")
@@ -177,6 +181,7 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if message.startswith("Expected '='") and bare[column - 1 : column] == ":":
         return COLON
     is_text = line[column - 1 : column] in ('"', "'") and "=" not in bare[column:]
+    is_text = is_text or bare[column - 1 :].strip() in ("true", "false")
     if message.startswith("Expected '='") and (is_text or bare[column - 1 : column] in tuple("[{-+0123456789")):
         return LACKS_EQUALS
     if re.search(r"==[ \t]*$", bare[: column - 1]) or re.match("==", bare[max(column - 2, 0) :]):
@@ -190,7 +195,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if (numbers := _NUMBERS.search(bare)) is not None and numbers.start() < column:
         right = ", ".join(re.split(r"[ \t]*[,; \t][ \t]*", numbers[1]))
         said = bare[numbers.start() + 1 :].strip()
-        return f"{said}: a list has brackets, and commas between its numbers; write [{right}]"
+        if said != f"[{right}]":
+            return f"{said}: a list has brackets, and commas between its numbers; write [{right}]"
     unit = next((one for one in _WITH_UNIT.finditer(bare) if one.start() < column <= one.end()), None)
     if unit is not None:
         right = f"write {unit[1]}, in" if unit[2].lower() in ("mm", "deg", "°", "s") else "write it in"
@@ -205,6 +211,9 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return LACKS_COMMA
     if is_pasted(line[column - 1 : column]):
         return explain_pasted(line[column - 1])
+    numbers = next((one for one in _LIST.finditer(bare) if one.start() < column <= one.end()), None)
+    if numbers is not None and (right := _POINT_FOR_COMMA.sub(r"\1, ", numbers[0])) != numbers[0]:
+        return f"{numbers[0]}: a point in place of a comma; write {right}"
     word = next((one for one in _WORD.finditer(bare) if one.start() < column <= one.end()), None)
     if word is None or bare[: word.start()].rstrip()[-1:] not in ("=", "[", ","):
         return ""
@@ -229,9 +238,13 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return ""
     key = re.search(r"([\w-]+)[ \t]*=[ \t]*$", bare[: word.start()])
     kinds = (one.kind for name, one in OPTIONS.items() if key is not None and key[1] == name)
+    whole = re.match(r"\w+(?:[ \t]+\w+)?", bare[word.start() :].rstrip())  # with a blank in it
+    written = next(
+        (one[0] for one in (whole, word) if one is not None and find_truth("".join(one[0].split()))), word[0]
+    )
     if bool in kinds or word[0].lower() in ("true", "false"):
-        truth = find_truth(word[0])
-        return f"{word[0]}: write {truth or 'true or false'}"
+        truth = find_truth("".join(written.split()))
+        return f"{written}: write {truth or 'true or false'}"
     quote_behind = re.match("[\"']", line[word.end() :])
     return f'{word[0]}{quote_behind[0] if quote_behind else ""}: a text is in quotes; write "{word[0]}"'
 

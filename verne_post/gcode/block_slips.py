@@ -33,9 +33,10 @@ _LIKE_END: Final = re.compile(r"[ \t]*(?:N\d+[ \t]+)?(N30|M0?3|M3O|M39|M40)[ \t\
 _CHANGE_OR_NO_AXIS: Final = re.compile(r"[^(]*M0*6(?!\d)|[^(XYZAC]*(?:\(|$)", re.IGNORECASE)
 #: An M code without its zeros, and what M6 and M30 become by a key that is struck twice or beside.
 _FUNCTION: Final = re.compile(r"M0*(\d{2,3})(?!\d)", re.IGNORECASE)
+_DOUBLED_DIGIT: Final = re.compile(r"([GM])0([1-9])\2(?![\d.])", re.IGNORECASE)
 _LIKE_CHANGE: Final = ("66", "56", "65", "67", "76")
 _BESIDE_END: Final = ("20", "33", "39", "40")
-_WITH_T: Final = re.compile(r"(?<![A-Z_#<])T[ \t]*[\d=#]", re.IGNORECASE)
+_WITH_T: Final = re.compile(r"^[^;(]*(?<![A-Z_#<])T[ \t]*[\d=#]", re.IGNORECASE)
 _FUNCTIONS_ALONE: Final = re.compile(r"[ \t/]*(?:N?\d+[ \t]*)?(?:M\d+[ \t]*)+(?:[;(].*)?\r?", re.IGNORECASE)
 _NEXT_PROGRAM: Final = re.compile(rb"\s*(?:%|O[ \t]*\d|\d*[ \t]*END[ \t]+PGM)", re.IGNORECASE)
 _BLANK_LINES: Final = 5
@@ -311,14 +312,23 @@ def explain_slip(source: Text, text: str, item: Finding, dialect: str) -> Findin
 
 
 def explain_function(source: Text, text: str, item: Finding) -> Finding | None:
-    """An M code without a meaning, of which M6 beside T, or M30 in the last block, is a slip; None for others."""
-    match = _FUNCTION.match(text, (item.column or 1) - 1)
+    """A code without a meaning that is a slip of M6 beside T, M30 in the last block, or M08 (M088); None for others."""
+    at = (item.column or 1) - 1
+    if (match := _DOUBLED_DIGIT.match(text, at)) is not None:  # nobody writes the zero before a number of two digits
+        right_word = f"{match[1]}0{match[2]}"
+        message = f"{match[0]}: the digit is there twice; did you mean {right_word}?"
+        return replace(
+            item, message=message, edits=write_words(match[0], right_word, line=item.line or 0), settled_by=()
+        )
+    match = _FUNCTION.match(text, at)
     if match is None or ("remap", f"M{match[1]}") not in item.settled_by:
         return None
     code, line = match[1], item.line or 0
     after = (take_line(source, number) for number in range(line + 1, line + _BLANK_LINES))
     following = next((one for one in after if one is None or one.strip()), None)
-    if _WITH_T.search(text) and code in _LIKE_CHANGE and not item.edits:
+    above = take_line(source, line - 1) if line > 1 and _FUNCTIONS_ALONE.fullmatch(text) else None
+    has_tool = any(_WITH_T.search(one) for one in (text, (above or b"").decode("utf-8", "replace")))
+    if has_tool and code in _LIKE_CHANGE and not item.edits:
         right = 6
     elif (
         (following is None or _NEXT_PROGRAM.match(following))

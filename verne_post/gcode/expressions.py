@@ -159,7 +159,8 @@ class ValueReader:
             wrong = name_match[0].lower()
             raise self.error("VP001", f"{wrong}: the # stands before the <; did you mean {right}?", begin)
         shown_text = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
-        raise self.error("VP001", f"{owner} needs a number, found {shown_text}", begin)
+        is_word_next = first.isalpha() and characters[begin - 1 : begin] == owner
+        raise self.error("VP001", f"{owner} needs a number, found {shown_text}", begin - is_word_next)
 
     def read_assigned(self, owner: str) -> float:
         """The value after ``=``."""

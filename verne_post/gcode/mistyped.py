@@ -25,6 +25,10 @@ _LETTER_O: Final = re.compile(
 _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
+#: A comma for the point before the first digit.
+_COMMA_FIRST: Final = re.compile(
+    r"(?<![A-Z\d.,(])(?<![(,][ \t])((?:[A-Z]{1,2}\d*[ \t]*=|[A-KM-Z])[ \t]*)([-+]?,\d+)(?![\d.,(])", re.IGNORECASE
+)
 _ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
 COMMA_BEHIND: Final = "a comma after a number"
 _TWO_SIGNS: Final = "two signs before a number"
@@ -54,7 +58,7 @@ _BEFORE_VALUE: Final = re.compile(
     r"[=(\[,+\-*/^<>]\s*\Z|\b(?:A?(?:SIN|COS|TAN)|SQ|SQRT|ABS|INT|FRAC|NEG|LN|LOG|EXP|DIV|MOD)\s+\Z"
 )
 #: Numbers with characters that look like a digit, or like the point: as soon as one fits, it says what is meant.
-_ALIKE: Final = (_LETTER_O, _COMMA, _LETTERS, _LETTER_L, _Q_AND_L, _VALUE)
+_ALIKE: Final = (_LETTER_O, _COMMA, _COMMA_FIRST, _LETTERS, _LETTER_L, _Q_AND_L, _VALUE)
 MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", "l": "1", ",": "."})
 #: G83O for G83: G codes of three digits are those of Siemens.
 _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)

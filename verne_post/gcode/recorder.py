@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from typing import Any, Final, NamedTuple, Protocol
 
@@ -266,11 +266,11 @@ class Recorder(Struct):
                 self.system_columns[system] = column
                 self.has_word_numbers |= column < 0
 
-    def find_system_columns(self, columns: Sequence[int]) -> None:
+    def find_system_columns(self, find_column: Callable[[int], int | None]) -> None:
         """Put the columns of a line in place of the numbers of its words, which are below 0."""
         self.has_word_numbers = False
-        for system, column in self.system_columns.items():
-            self.system_columns[system] = columns[-column - 1] if column < 0 else column
+        columns = {key: find_column(one) if one < 0 else one for key, one in self.system_columns.items()}
+        self.system_columns = {system: column for system, column in columns.items() if column is not None}
 
     def note_tcp_end(self, line: int, word: str) -> None:
         """A word ends tool-centre-point control, or the length, and leaves the table as it stands."""

@@ -117,6 +117,15 @@ def find_word_columns(text: str) -> list[int]:
     return columns
 
 
+def find_word_column(text: str, number: int) -> int | None:
+    """The column of a word whose number in its line, from -1 down, stands in place of it.
+
+    None where the line as it is written has fewer words: a mistyped one is executed as it is meant.
+    """
+    columns = find_word_columns(text)
+    return columns[-number - 1] if -number <= len(columns) else None
+
+
 # --- compiling ----------------------------------------------------------------------------------------------
 
 

@@ -30,6 +30,14 @@ _NO_CALL: Final = re.compile(
 )
 #: Languages by the endings of files that no other one calls; G-code has all other endings.
 _LANGUAGES: Final = {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}
+#: Lines that lead elsewhere: a branch, a loop, a jump, and an end.
+_FLOW: Final = re.compile(
+    r"[ \t/]*(?:N\d+[ \t]*)?(?:O[ \t]*(?:<[^<>]+>|\d+)[ \t]*(?:DO|RETURN|BREAK|CONTINUE|ELSE|(?:END|ELSE)?IF"
+    r"|(?:END)?(?:WHILE|REPEAT))"
+    r"|IF|ELSE|WHILE|FOR|LOOP|REPEATB?|UNTIL|CASE|END(?:IF|WHILE|FOR|LOOP|[ \t]*\d)|DO[ \t]*\d|GOTO[BFCS]?"
+    r"|M0*(?:99|17)|RET|\d*[ \t]*FN[ \t]*(?:9|1[0-2])[ \t]*:)(?![A-Z_]).*",
+    re.IGNORECASE,
+)
 _RET: Final = re.compile(r"(?:N\d+\s*)?(?:RET\b|M17(?!\d))", re.IGNORECASE)
 
 
@@ -74,6 +82,13 @@ def add_call(text: str, dialect: str) -> str:
     if head is None:
         return text
     return re.sub(r"\n%\s*$", "\n", text).rstrip() + f"\no{head[1]} call\nM2\n"
+
+
+def straighten(text: str, dialect: str) -> str:
+    """The text of a subprogram without its branches, loops and jumps, so that the words of every line are read."""
+    lines = split_lines(add_call(text, dialect))
+    last = max((number for number, line in enumerate(lines) if remove_remarks(line, dialect).strip(" \t%")), default=0)
+    return "\n".join(_FLOW.sub("", line) if number < last else line for number, line in enumerate(lines))
 
 
 class Callers:

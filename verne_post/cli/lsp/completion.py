@@ -216,7 +216,12 @@ def _list_top(path: Path, text: str) -> _Keys:
         }
     if is_setup(path):
         return _list_setup_keys()
+    from verne_post.config.as_built import AsBuiltFile  # few machine files have it
+
     top = _list_fields(ChainMachineFile if find_value(text, ("schema",)) == "2" else MachineFile)
+    if "as_built" in top:
+        in_file = {"file": (str, "a TOML file in the same folder that has only the table [as_built]; text")}
+        top["as_built"] = {**_list_fields(AsBuiltFile), **in_file}, top["as_built"][1].removesuffix("; a value")
     kind = KINDS.get(find_value(text, ("kind",)).strip("\"'"))
     if kind is not None:
         limits = describe_limits_table(kind.group, kind.rods)
@@ -294,13 +299,9 @@ def _describe_values(kind: Any) -> str:
 
 def describe_key(path: Path, text: str, line: int, column: int) -> str:
     """What the key or table at a place of a set-up, settings or machine file is for; empty where none is known."""
-    lines = text.split("\n")
-    behind = re.match(r"[\w-]*", lines[line][column:])
-    end = sum(len(one) + 1 for one in lines[:line]) + column + (behind.end() if behind is not None else 0)
-    cursor = find_cursor(text[:end])
-    if cursor is None or cursor.key:
+    key, *_span = find_key(text, line, column)
+    if not key:
         return ""
-    key = _cut_tools((*cursor.table, text[cursor.begin : end].strip("\"'")))
     top = _list_top(path, text)
     if (kind := find_type(top, key)) is None:
         return ""
@@ -310,6 +311,18 @@ def describe_key(path: Path, text: str, line: int, column: int) -> str:
         above = (_list_keys(find_type(top, key[:-2])) or {}).get(key[-2], ("", ""))[1]
         about = "; ".join(filter(None, (above.partition("; a mapping")[0].removesuffix("; required"), about)))
     return f"**{'.'.join(key)}**: {about or 'a table of keys'}"
+
+
+def find_key(text: str, line: int, column: int) -> tuple[Key, int, int]:
+    """The key at a place of a TOML file, and the columns where it begins and ends; empty where none is there."""
+    lines = text.split("\n")
+    behind = re.match(r"[\w-]*", lines[line][column:])
+    end, above = column + (behind.end() if behind is not None else 0), sum(len(one) + 1 for one in lines[:line])
+    cursor = find_cursor(text[: above + end])
+    if cursor is None or cursor.key:
+        return (), column, end
+    key = _cut_tools((*cursor.table, text[cursor.begin : above + end].strip("\"'")))
+    return key, cursor.begin - above, end
 
 
 def _list_keys(kind: Any) -> _Keys | None:

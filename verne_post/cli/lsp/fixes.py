@@ -1,6 +1,7 @@
 """Edits that settle a finding: each was made in a copy, and the copy checked, before it is offered."""
 
 import dataclasses
+import json
 import logging
 import re
 import threading
@@ -22,15 +23,17 @@ from verne_post.base.stopping import stop_by
 from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError, require_wanted
-from verne_post.cli.lsp.places import cut_file, find_range, split_lines
+from verne_post.cli.lsp.places import MARK, cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import (
     SYNTAX_PLACE,
     Change,
     Edit,
+    Entry,
     Key,
     UnknownLayoutError,
+    find_entry,
     find_place,
     find_value,
     list_entries,
@@ -62,11 +65,15 @@ _REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
 #: A word with a number, and a label of RS274/NGC.
 _NUMBERED: Final = re.compile(r"[A-Z]{1,2}[-+]?[\d.]+|o?<[^<>]*>", re.IGNORECASE)
 _LIKE_M99: Final = re.compile(r"\n[ \t]*(?:N\d+[ \t]*)?[MN]\d?9\d?\s*\Z", re.IGNORECASE)
+_LIKE_TOOL: Final = re.compile(r"; did you mean T=\"([^\"]+)\"\?$")
+_KEY_PART: Final = re.compile(r"\"[^\"]*\"|'[^']*'|[\w-]+")
 _PROC: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?PROC\b", re.IGNORECASE)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
 #: Findings that are mistakes of a program much more often than of the place of its part: a depth with a digit too many.
 _OF_PROGRAMS: Final = ("VP210",)
+#: How a remedy ends that corrects a number of the set-up.
+_SLIP_THERE: Final = " wrong there?"
 #: What stands for what nobody has said, by the table of the set-up.
 _MARKS: Final = {"wcs": '"measure"', "tools": '{ length = "measure" }', "remap": '"decide"'}
 #: Keys of a set-up that stand in no table of it, and what settles a finding.
@@ -74,10 +81,10 @@ _SETTLING: Final[dict[tuple[str, ...], str]] = {SPLIT_KEY: "true", TAPPING_KEY: 
 
 
 #: Signs and numbers that a slip leaves open, a blank, and what is meant: a sign too many or the other one, an = that is
-#: a sign or point, a digit too many before a letter, two letters for one, thousands.
+#: a sign or point, a digit too many before a letter, two letters for one, thousands, a comma before all digits.
 _DOUBTFUL: Final = re.compile(
     r"== =|= EQ|\S*(?:\+-|-\+)\S* .*|\d+[A-Z][-+]?[\d.]* [A-Z].*|([A-Z]\w*+)([-.]\S*) \1=\2|([A-Z])([A-Z]) (?:\3|\4)"
-    r"|(?:\S*[^\d\s])?[1-9]\d{0,2},\d{3} .*\..*",
+    r"|(?:\S*[^\d\s])?[1-9]\d{0,2},\d{3} .*\..*|\S*[A-Z=][-+]?,\d+ .*",
     re.IGNORECASE,
 )
 _BLANK_IN_NUMBER: Final = re.compile(r"(?<=\d)[ \t]+(?=\d)")
@@ -101,8 +108,11 @@ class Fix(Struct, frozen=True):
     words: tuple[tuple[int, int, str], ...] = ()  #: The same of its words alone, where it is one of several places.
 
     def list_edits(self) -> tuple[tuple[int, int, str], ...]:
-        """Where each change begins and ends, and what is written there."""
-        return self.words or ((self.begin, self.end, self.new),)
+        """Where each change begins and ends, and what is written there, with the ends of lines of the text."""
+        edits = self.words or ((self.begin, self.end, self.new),)
+        if "\r\n" not in (self.text or ""):
+            return edits
+        return tuple((begin, end, re.sub("\r?\n", "\r\n", new)) for begin, end, new in edits)
 
 
 def find_fixes(
@@ -180,8 +190,10 @@ def _keeps_toml(fix: Fix) -> bool:
     before, after = _find_mistake(fix.text or ""), _find_mistake(_change_texts(fix, {})[fix.path])
     if before is None or after is None:
         return after is None
-    *above, last = f"{(fix.text or '')[: fix.begin]}{fix.new}".split("\n")
-    return after[0] > before[0] or after > (len(above) + 1, len(last))
+    head, text = f"{(fix.text or '')[: fix.begin]}{fix.new}", _change_texts(fix, {})[fix.path]
+    at = _find_offset(text, after[0] - 1) + after[1] - 1
+    # in the same value it is what the edit leaves wrong
+    return after[0] > before[0] or re.search(r"[,\n]", text[len(head) : at]) is not None
 
 
 def _find_mistake(text: str) -> tuple[int, int] | None:
@@ -277,7 +289,7 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
     """What a message means by a name, and lines for what it says is missing."""
     yield from _mark_missing(item, path, {path: text})
     sentence = cut_file(item.message)
-    near, place = find_suggestion(sentence), find_place(text, sentence)
+    near, place = find_suggestion(sentence), find_place(text.removeprefix(MARK), sentence)
     if near and place is not None:
         begin = _find_offset(text, place[0] - 1) + place[1]
         end = begin + place[2] - place[1]
@@ -330,9 +342,17 @@ def _change_texts(fix: Fix, texts: Mapping[Path, str]) -> dict[Path, str]:
 
 def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iterator[Fix]:
     """Entries of a set-up that is there, to be filled in: until then the program is refused, or says what it lacks."""
-    if find_suggestion(item.message):  # it is to be written in another way
-        return
     text = _read_setup(setup, texts)
+    if find_suggestion(item.message):  # it is to be written in another way
+        key = find_meant_tool(item)
+        entry = find_entry(_list_entries(text), key) if key else None
+        if entry is not None:
+            end, name = entry.key_end, item.settled_by[0][1]
+            *_above, written = _KEY_PART.finditer(text, entry.begin, end)
+            new = json.dumps(name) if written[0][0] in "\"'" else quote_key(name)
+            title = f"Write {new} in place of {written[0]} in {setup.name}"
+            yield Fix(title, setup, text, written.start(), end, new)
+        return
     for key in (key for key in item.settled_by if key[0] in _MARKS):
         fix = _mark_diameter(setup, text, key) if key[2:] == ("diameter",) else None
         change = _plan_change(text, key[:2], _MARKS[key[0]])
@@ -341,6 +361,21 @@ def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iter
         elif change is not None and change.begin == change.end:  # what stands there is not replaced
             title = f"Add {key[0]}.{quote_key(key[1])} = {_MARKS[key[0]]} to {setup.name}, to be filled in"
             yield Fix(title, setup, text, change.begin, change.end, change.new)
+
+
+def find_meant_tool(item: Finding) -> Key:
+    """The key of the tool of a set-up whose name is nearly that of a finding; empty where there is none."""
+    near = _LIKE_TOOL.search(item.message)
+    is_of_tool = any(key[:1] == ("tools",) for key in item.settled_by)
+    return ("tools", near[1]) if near is not None and is_of_tool else ()
+
+
+def _list_entries(text: str) -> list[Entry]:
+    """The keys of a set-up; none where it is written in a way that is not seen."""
+    try:
+        return list_entries(text)
+    except UnknownLayoutError:
+        return []
 
 
 def _mark_diameter(setup: Path, text: str, key: Key) -> Fix | None:
@@ -366,7 +401,7 @@ def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:
     """The text of a set-up as the editor or the disk has it; empty where there is none."""
     if setup in texts or not setup.is_file():
         return texts.get(setup, "")
-    return setup.read_text("utf-8", errors="replace")
+    return setup.read_bytes().decode("utf-8", errors="replace")  # with the ends of lines that it has
 
 
 def _list_uncovered(fix: Fix, item: Finding, found: Inspected, after: Sequence[Finding]) -> list[Finding]:
@@ -412,7 +447,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     )
     settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
     for remedy in (*item.edits, *settling, *ends):
-        if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
+        if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",) and not remedy.text.endswith(_SLIP_THERE):
             continue
         if remedy.misspelt:
             yield from _spell(found, item, remedy)
@@ -664,7 +699,7 @@ def _find_span(item: Finding, text: str) -> tuple[int, int]:
 
 def _find_offset(text: str, line: int) -> int:
     """Where a line, counted from 0, begins."""
-    return sum(len(one) + 1 for one in text.split("\n")[:line])
+    return sum(len(one) + 1 for one in text.split("\n")[:line]) or int(text.startswith(MARK))
 
 
 def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
@@ -706,7 +741,8 @@ def _change_setup(setup: Path | None, remedy: Remedy, texts: Mapping[Path, str])
     change = _plan_change(text or "", remedy.key, remedy.value)
     if change is None:
         return None
-    what = "Clamp the part at" if remedy.key[0] == "wcs" else "Set"
+    is_moved = remedy.key[0] == "wcs" and not remedy.text.endswith(_SLIP_THERE)
+    what = "Clamp the part at" if is_moved else "Set"
     title = f"{what} {'.'.join(remedy.key)} = {remedy.value} in {setup.name}"
     return Fix(title, setup, text, change.begin, change.end, change.new)
 

@@ -29,7 +29,7 @@ from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_variable
-from verne_post.cli.lsp.callers import Callers, add_call, is_head, is_subprogram, may_be_called
+from verne_post.cli.lsp.callers import Callers, add_call, is_head, is_subprogram, may_be_called, straighten
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
@@ -39,7 +39,7 @@ from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import describe_values, name_axes
-from verne_post.gcode.line_words import ARGUMENT
+from verne_post.gcode.line_words import ARGUMENT, Word
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.pasted_line import find_given_values, find_words
 from verne_post.gcode.read import find_state_past_errors
@@ -67,6 +67,8 @@ _ENOUGH: Final = 3
 _SETTINGS_TABLE: Final = "[tool.verne-post"
 #: Errors of a text that no caller, set-up or value changes.
 _OF_WORDS: Final = ("VP001", "VP002", "VP003", "VP004", "VP022", "VP023", "VP032")
+#: Those of the words of one block, whatever leads to it.
+_OF_BLOCKS: Final = _OF_WORDS[:4]
 #: Keys of a set-up that change how words are read.
 _OF_READING: Final = re.compile(r"\b(?:dialect|block_delete|control|fanuc|rs274|siemens|heidenhain|aptcl|parameters)\b")
 #: What only a call of a subprogram tells, and what is said where none is found.
@@ -230,11 +232,16 @@ class Inspector:
                 dialect = choose_dialect_name(run.options.dialect, run.source, caller.name)
         if found.run is None and not is_one:
             return None
-        alone = check(path, {**texts, path: add_call(text, dialect)}, given=self.given | {"dialect": dialect})
-        last = len(split_lines(text))
+        last, given = len(split_lines(text)), self.given | {"dialect": dialect}
+        alone, straight = (
+            check(path, {**texts, path: made}, given=given).findings
+            for made in (add_call(text, dialect), straighten(text, dialect))
+        )
         # that the text ends is said of the call; alone, it is the end of a program
         told = {(item.line, item.code): item.edits for item in found.findings if item.code != "VP010"}
-        own = [item for item in alone.findings if item.severity == "error" and item.file is None]
+        places = {(item.line, item.code) for item in alone}
+        beside = (item for item in straight if item.code in _OF_BLOCKS and (item.line, item.code) not in places)
+        own = [item for item in (*alone, *beside) if item.severity == "error" and item.file is None]
         own = [
             replace(item, edits=item.edits or told.get((item.line, item.code), ()))
             for item in own
@@ -409,11 +416,8 @@ class Inspector:
         lines = split_lines(found.text)
         text = lines[line - 1]
         run = found.run or found  # what is known of a subprogram is known from the program that calls it
-        dialect = self.find_dialect(found.path, found.text) if run.options is None else run.options.dialect
-        dialect = choose_dialect_name(dialect, run.text.encode(), run.path.name)
-        is_continued = dialect == "heidenhain" and line > 1 and lines[line - 2].rstrip().endswith("~")
-        remap = {} if run.options is None else run.options.remap
-        words = find_words(text, dialect, is_continued=is_continued, remap=remap)
+        dialect = self._find_dialect_of_run(found)
+        words = self._find_words(found, line)
         here = [one for one in words if one.begin <= column < one.end]
         address = next((one for one in here if one.value), None)
         variable = find_variable(text, column, dialect)
@@ -469,6 +473,26 @@ class Inspector:
             in_force = f"{whence}{': ' * bool(in_force)}{in_force}"
         text = "\n\n".join(filter(None, (*said, in_force)))
         return (text if run.machine is None else name_axes(text, run.machine.rotary_letters)) or None
+
+    def find_span(self, found: Inspected, line: int, column: int) -> tuple[int, int]:
+        """The columns where the word begins and ends of which :meth:`describe_line` tells; else those of its line."""
+        text = split_lines(found.text)[line - 1]
+        here = [one for one in self._find_words(found, line) if one.begin <= column < one.end]
+        word = next((one for one in here if one.value), here[-1] if here else None)
+        return (len(text) - len(text.lstrip()), len(text.rstrip())) if word is None else (word.begin, word.end)
+
+    def _find_dialect_of_run(self, found: Inspected) -> str:
+        """The language of a text; of a subprogram that of the program which calls it."""
+        run = found.run or found
+        dialect = self.find_dialect(found.path, found.text) if run.options is None else run.options.dialect
+        return choose_dialect_name(dialect, run.text.encode(), run.path.name)
+
+    def _find_words(self, found: Inspected, line: int) -> list[Word]:
+        """The words of a 1-based line."""
+        lines, run, dialect = split_lines(found.text), found.run or found, self._find_dialect_of_run(found)
+        is_continued = dialect == "heidenhain" and line > 1 and lines[line - 2].rstrip().endswith("~")
+        remap = {} if run.options is None else run.options.remap
+        return find_words(lines[line - 1], dialect, is_continued=is_continued, remap=remap)
 
     def find_definition(
         self, found: Inspected, line: int, column: int, *, with_variables: bool = True

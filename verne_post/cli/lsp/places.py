@@ -29,6 +29,8 @@ _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
 _ABOUT_FILES: Final = ("VP022", "VP501", "VP503", "VP504")
 #: What a mistake of the syntax of a TOML file names.
 _NAMED_IN_TOML: Final = re.compile("not a TOML file: (.+?): ")
+#: Stands before the first character of a text in UTF-8, or does not.
+MARK: Final = "\ufeff"
 #: A word from its column on: a name in quotes, a variable, A=DC(0), letters and a number, a name, or one character.
 _WORD: Final = re.compile(
     r"\"[^\"]*\"|#+(?:\d+|<[^<>]*>)|[A-Za-z]+[ \t]*=[ \t]*[A-Za-z]+\([^()]*\)"
@@ -37,8 +39,17 @@ _WORD: Final = re.compile(
 
 
 def split_lines(text: str) -> list[str]:
-    """Lines without their ends, as the readers of programs count them."""
-    return [line.removesuffix("\r") for line in text.split("\n")]
+    """Lines without their ends and without the mark of UTF-8, as the readers of programs count them."""
+    return [line.removesuffix("\r") for line in text.removeprefix(MARK).split("\n")]
+
+
+def skip_mark(place: lsp.Range, text: str) -> lsp.Range:
+    """A place in the lines of a text, with the mark of UTF-8 counted where that stands before it."""
+    begin, end = (
+        lsp.Position(one.line, one.character + (one.line == 0 and text.startswith(MARK)))
+        for one in (place.start, place.end)
+    )
+    return lsp.Range(begin, end)
 
 
 _OR_OPTION: Final = re.compile(r",? or give --[a-z-]+(?: [A-Z][^\s;]*)?")

@@ -25,11 +25,11 @@ from pygls.workspace import TextDocument
 
 from verne_post import __version__
 from verne_post.cli.lsp.addresses import list_tools
-from verne_post.cli.lsp.completion import complete_key, complete_word, describe_key, make_item
-from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file
+from verne_post.cli.lsp.completion import complete_key, complete_word, describe_key, find_key, make_item
+from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file, find_meant_tool
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.outline import Outline
-from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
+from verne_post.cli.lsp.places import MARK, find_range, make_diagnostic, skip_mark, split_lines
 from verne_post.cli.programs import is_setup
 from verne_post.config.subprograms import ENDINGS
 from verne_post.config.toml_entries import find_place
@@ -230,8 +230,18 @@ class Session:
         lines, capabilities = split_lines(text), self.server.client_capabilities.text_document
         published = capabilities.publish_diagnostics if capabilities else None
         related = uri if published and published.related_information else None
-        convert = partial(self.server.workspace.position_codec.range_to_client_units, lines)
+        convert = partial(self._convert_range, text, text.split("\n"))
         return [make_diagnostic(cause, lines, related, convert) for cause in find_causes(findings)]
+
+    def _convert_range(self, text: str, lines: list[str], place: lsp.Range) -> lsp.Range:
+        """A place in a text, whose ``lines`` may have the mark of UTF-8, in the units of the editor."""
+        return self.server.workspace.position_codec.range_to_client_units(lines, skip_mark(place, text))
+
+    def _find_place(self, text: str, asked: lsp.Position) -> lsp.Position:
+        """Where in the lines of a text the cursor of an editor stands."""
+        place = self.server.workspace.position_codec.position_from_client_units(text.split("\n"), asked)
+        n_marks = place.line == 0 and text.startswith(MARK) and place.character > 0
+        return lsp.Position(place.line, place.character - n_marks)
 
     def _show_mistakes_of_files(self, uri: str, findings: Sequence[Finding]) -> None:
         """Show what is wrong in set-ups and other files of a program in these files, and clear what was wrong before.
@@ -362,12 +372,14 @@ class Session:
 
     async def show_line(self, asked: lsp.HoverParams) -> lsp.Hover | None:
         """The word under the cursor; time, feed and pose of its line; in a TOML file the key."""
-        path, codec = _find_path(asked.text_document.uri), self.server.workspace.position_codec
+        path = _find_path(asked.text_document.uri)
         if path.suffix == ".toml":
-            lines = split_lines(source := self.server.workspace.get_text_document(asked.text_document.uri).source)
-            place = codec.position_from_client_units(lines, asked.position)
-            about = describe_key(path, source, place.line, place.character) if place.line < len(lines) else ""
-            return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, about)) if about else None
+            source = self.server.workspace.get_text_document(asked.text_document.uri).source
+            place, text = self._find_place(source, asked.position), source.removeprefix(MARK)
+            is_inside = place.line < len(split_lines(source))
+            about = describe_key(path, text, place.line, place.character) if is_inside else ""
+            span = find_key(text, place.line, place.character)[1:] if about else ()
+            return self._make_hover(source, place.line, span, about)
         found = await self.find_newest(uri := asked.text_document.uri)
         if found is not None and await self.work(self.inspector.is_stale, found, self.read_texts()):
             self.begin_check(uri)
@@ -375,9 +387,19 @@ class Session:
         lines = [] if found is None else split_lines(found.text)
         if found is None or asked.position.line >= len(lines):
             return None
-        place = codec.position_from_client_units(lines, asked.position)
+        place = self._find_place(found.text, asked.position)
         text = await self.work(self.inspector.describe_line, found, place.line + 1, place.character)
-        return None if text is None else lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text))
+        return self._make_hover(
+            found.text, place.line, self.inspector.find_span(found, place.line + 1, place.character), text or ""
+        )
+
+    def _make_hover(self, text: str, line: int, span: tuple[int, ...], about: str) -> lsp.Hover | None:
+        """What is said of the word of a line from the column ``span[0]`` to ``span[1]``; None where nothing is."""
+        if not about:
+            return None
+        begin, end = (lsp.Position(line, at) for at in span)
+        said = lsp.MarkupContent(lsp.MarkupKind.Markdown, about)
+        return lsp.Hover(said, self._convert_range(text, text.split("\n"), lsp.Range(begin, end)))
 
     async def show_notes(self, asked: lsp.CodeLensParams) -> list[lsp.CodeLens]:
         """What is written over lines."""
@@ -460,7 +482,7 @@ class Session:
         whole: bool,
     ) -> lsp.CodeAction:
         """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
-        lines, convert = split_lines(fix.text or ""), self.server.workspace.position_codec.range_to_client_units
+        lines, convert = (fix.text or "").split("\n"), self.server.workspace.position_codec.range_to_client_units
         begins = [0, *(one.end() for one in re.finditer("\n", fix.text or ""))]  # an edit may have thousands of places
         changes = [
             lsp.TextEdit(convert(lines, lsp.Range(*(_find_position(begins, at) for at in place))), new)
@@ -520,11 +542,11 @@ class Session:
         lines = [] if found is None else split_lines(found.text)
         if found is None or asked.position.line >= len(lines):
             return None
-        place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
+        place = self._find_place(found.text, asked.position)
         there = await self.work(self.inspector.find_definition, found, place.line, place.character)
         if there is None or isinstance(there, Path):
             return None if there is None else lsp.Location(from_fs_path(str(there)) or "", _make_line_range(1))
-        return lsp.Location(uri, self.server.workspace.position_codec.range_to_client_units(lines, there.place))
+        return lsp.Location(uri, self._convert_range(found.text, found.text.split("\n"), there.place))
 
 
 def _list_own(found: Inspected) -> list[Finding]:
@@ -539,7 +561,8 @@ def _is_asked(item: Finding, lines: Sequence[str], asked: lsp.CodeActionParams) 
 
 def _place_in_setup(item: Finding, setup: Path, program: str, text: str) -> Finding:
     """What a program lacks, where its set-up would say it: at the key, at its table, or in the first line."""
-    place = find_place(text, f"{'.'.join(item.settled_by[0])} is missing")
+    tool = find_meant_tool(item)
+    place = find_place(text, f"{'.'.join(tool or item.settled_by[0])} is missing")
     where = "" if item.line is None else f"line {item.line} of {program}: "
     line = 1 if place is None else place[0]
     return replace(
@@ -547,7 +570,7 @@ def _place_in_setup(item: Finding, setup: Path, program: str, text: str) -> Find
         message=where + item.message,
         file=str(setup),
         file_line=line,
-        column=None,
+        column=place[1] + 1 if tool and place is not None else None,
         last_line=None,
         worst_line=None,
     )

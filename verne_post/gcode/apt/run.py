@@ -9,7 +9,8 @@ from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.apt.interpreter import AptInterpreter
 from verne_post.gcode.apt.modes import AptModes
-from verne_post.gcode.apt.statements import Points, Statement, correct_number, read_statements
+from verne_post.gcode.apt.slips import correct_number, correct_sign
+from verne_post.gcode.apt.statements import Points, Statement, read_statements
 from verne_post.gcode.apt.stretch import execute_points
 from verne_post.gcode.apt.translator import OF_SUBPROGRAMS, STATEMENTS, make_blocks, refuse_statement
 from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
@@ -89,21 +90,21 @@ class _Run:
         except ProgramError as error:
             self.execution.recorder.give_up(line)
             major = item.major if isinstance(item, Statement) else ""
-            is_unread = isinstance(item, ProgramError)  # it may be any statement
+            is_unread = not major or (isinstance(item, Statement) and "" in item.words)  # it may be any statement
             if is_unread or error.code == "VP002" or major == "FEDRAT":  # FEDRAT may be what is misspelt
                 assume_feed(state)
             if is_unread or (major.startswith("LOAD") and error.code in UNREADABLE):
                 assume_length(state)
             if major == "CYCLE":  # the cycle before holds no longer
                 self.modes.cycle = None
-            corrected_number = (
-                correct_number(item) if isinstance(item, Statement) and error.code in _OF_NUMBERS else None
-            )
-            if corrected_number is not None:
-                error, item = corrected_number
+            reading = None
+            if isinstance(item, Statement) and error.code in _OF_NUMBERS:
+                reading = correct_sign(item, _KNOWN_WORDS) or correct_number(item)
+            if reading is not None:
+                error, item = reading
             if (not self.execution.report(error, line) and not stop.past_errors) or stop.first_error:
                 return True
-            if corrected_number is not None:
+            if reading is not None:
                 return self.execute(item, is_called=is_called)
             correction = find_correction(error.message)
             if correction is not None and isinstance(item, Statement):
@@ -144,9 +145,13 @@ def _expand_calls(items: Iterator[_Item]) -> Iterator[tuple[_Item, bool]]:
     open_name, open_line = "", 0
     for item in items:
         if isinstance(item, Statement) and item.major not in _KNOWN_WORDS:
-            error = refuse_statement(item)
+            error, reading = refuse_statement(item), correct_sign(item, OF_SUBPROGRAMS)
             correction = find_correction(error.message)
-            if correction is not None and correction[1] in OF_SUBPROGRAMS:
+            if reading is not None:
+                error, item = reading
+                error.line = item.line
+                yield error, False
+            elif correction is not None and correction[1] in OF_SUBPROGRAMS:
                 yield error, False
                 item = replace(item, major=correction[1])
         if not isinstance(item, Statement) or item.major not in OF_SUBPROGRAMS:

@@ -9,26 +9,17 @@ from typing import Final
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
-from verne_post.base.suggestions import find_meant
-from verne_post.gcode.apt.words import MAY_HAVE_GAPS
+from verne_post.base.suggestions import drop_doubles, find_meant
 from verne_post.gcode.expressions import MAX_NUMBER
-from verne_post.gcode.mistyped import MEANT_CHARACTERS
 from verne_post.gcode.plain import MIN_LINES
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import decode_line
 from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
-#: ... with letters that look like digits.
-_MISTYPED_NUMBER: Final = re.compile(r"[-+]?(?=\D*\d)(?=[\d.]*[Ool])[\dOol]*\.?[\dOol]*$")
-#: Two numbers that nothing divides but a sign.
-_WITHOUT_COMMA: Final = re.compile(r"([-+]?[0-9]*\.[0-9]+)([-+][0-9]*\.?[0-9]+)")
-#: A statement of numbers with a blank in place of the slash.
-_WITHOUT_SLASH: Final = re.compile(r"\s*([A-Za-z]{3,6})[ \t]+([-+.0-9][-+.,0-9 ]*)$")
 _NUMBER_OF_POINT: Final = rb"[ \t]*+[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[Ee][+-]?[0-9]++)?[ \t]*+"
 #: One line with GOTO, and three or six numbers.
 _POINT: Final = re.compile(rb"[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n" % ((_NUMBER_OF_POINT,) * 3))
@@ -48,7 +39,7 @@ _MAJOR: Final = re.compile(
     r"\s*(?:(TLON)\s*,\s*GOFWD|(TOOL)\s+(PATH)|(END-OF-PATH)|([A-Za-z][A-Za-z0-9_]*))\s*(?:/|$)", re.IGNORECASE
 )
 #: Words of six letters, whose text goes from the seventh to the end of the line, also when it begins with a digit.
-_FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
+FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
 #: A remark for the CAM system itself, which goes on in the next line after a $; that line has only numbers. One of them
 #: names the system of the points.
 _SYSTEM_REMARK: Final = "$$->"
@@ -66,6 +57,7 @@ _CARD_COLUMNS: Final = 72
 class Statement(Struct, frozen=True):
     """One statement: its first line, major word, the words after the slash, and over how many lines it goes.
 
+    The major word of a line without a slash is empty, and ``text`` is the line.
     ``columns`` are those of the major word and of the words after it; none where the statement goes over several lines.
     """
 
@@ -98,7 +90,7 @@ class Points(Struct, frozen=True, eq=False, dict=True):
     def __len__(self) -> int:
         return len(self.places)
 
-    def make_statement(self, row: int) -> Statement | ProgramError:
+    def make_statement(self, row: int) -> Statement:
         """One of them, from 0."""
         return _read_statement(decode_line(self._lines[row]), self.line + row)
 
@@ -122,31 +114,13 @@ def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
     values = []
     for word in words:
         if not is_number(word):
-            match = _WITHOUT_COMMA.fullmatch(word)
-            text = (
-                f"{statement.major}: {word!r} is not a number"
-                if match is None
-                else f"{word}: two numbers without a comma; did you mean {match[1]},{match[2]}?"
-            )
-            raise ProgramError("VP001", text, statement.find_column(word))
+            raise ProgramError("VP001", f"{statement.major}: {word!r} is not a number", statement.find_column(word))
         value = float(word.upper().replace("D", "E"))
         if not abs(value) <= MAX_NUMBER or math.isnan(value):
             column = statement.find_column(word)
             raise ProgramError("VP007", f"{statement.major}: {word[:20]} is beyond any machine", column)
         values.append(value)
     return values
-
-
-def correct_number(statement: Statement) -> tuple[ProgramError, Statement] | None:
-    """The error of the first word that is a number but for letters like digits, and the statement with that number."""
-    for at, word in enumerate(statement.words):
-        if _MISTYPED_NUMBER.match(word):
-            column = statement.columns[at + 1] if statement.columns else None
-            words = (*statement.words[:at], word.translate(MEANT_CHARACTERS), *statement.words[at + 1 :])
-            return ProgramError("VP001", f"{statement.major}: {word!r} is not a number", column), replace(
-                statement, words=words
-            )
-    return None
 
 
 def read_word(statement: Statement, expected_words: Sequence[str]) -> str:
@@ -164,6 +138,9 @@ def read_word(statement: Statement, expected_words: Sequence[str]) -> str:
         takes = " or ".join(expected_words) if expected_words else "nothing after it"
         here = ", ".join(words)[:40] or "nothing"
         column = statement.find_column(words[0] if words else statement.major)
+        near = next((one for one in drop_doubles(words[0]) if one in expected_words), "") if len(words) == 1 else ""
+        if near:
+            raise ProgramError("VP002", f"{words[0]}: no word of {statement.major}; did you mean {near}?", column)
         raise ProgramError("VP005", f"{statement.major} takes {takes}; here is {here}", column)
     return words[0]
 
@@ -194,7 +171,7 @@ def read_statements(source: Text) -> Iterator[Statement | Points | ProgramError]
                 if rows is not None and len(rows) == 12:
                     yield Statement(number, SYSTEM_OF_CATIA, tuple(rows), " ".join(rows))
                     rows = None
-            free = not pending and line.lstrip().upper().startswith(_FREE_TEXT)
+            free = not pending and line.lstrip().upper().startswith(FREE_TEXT)
             begin = begin if pending else number
             if not free:
                 line, goes_on, _name = _cut_card_name(line.partition("$$")[0]).partition("$")
@@ -288,29 +265,20 @@ def _read_numbers_of_points(first_line: int, text: bytes) -> tuple[Array, Ints]:
     return numbers, np.where(is_point, count, 0)
 
 
-def _read_statement(text: str, line: int, n_lines: int = 1) -> Statement | ProgramError:
+def _read_statement(text: str, line: int, n_lines: int = 1) -> Statement:
     """One statement, with the columns of the text where it stands on one line."""
     columns = n_lines == 1
-    if text.lstrip().upper().startswith(_FREE_TEXT):
+    if text.lstrip().upper().startswith(FREE_TEXT):
         text = text.strip()
         return Statement(line, text[:6].upper(), (), text[6:].lstrip(" /"))
     major_word = _MAJOR.match(text)
     begins = len(text) - len(text.lstrip())
     if major_word is None:
-        shown_text = f"{text.strip()[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
-        if (match := _WITHOUT_SLASH.match(text)) is not None:
-            word = match[1].upper()
-            shown_text = f"{match[0].strip()}: the slash is missing; did you mean {word}/{match[2]}?"
-        elif (near := find_meant(text.split()[0].upper(), _FREE_TEXT)) and len(text.split()) > 1:
-            shown_text = f"{text.split()[0]}: no word of this language; did you mean {near}?"
-        return ProgramError("VP001", shown_text, begins + 1 if columns else None, line=line)
+        return Statement(line, "", (), text.strip(), (begins + 1,) if columns else (), n_lines)
     major = " ".join(filter(None, major_word.groups())).upper()
     rest = text[major_word.end() :]
     parts = rest.split(",") if rest.strip() else []
     ends = accumulate((len(part) + 1 for part in parts), initial=major_word.end())
     starts = [begins, *(end + len(part) - len(part.lstrip()) for end, part in zip(ends, parts, strict=False))]
     words = tuple(part.strip() for part in parts)
-    statement = Statement(line, major, words, rest.strip(), tuple(at + 1 for at in starts) if columns else (), n_lines)
-    if "" in words and major not in MAY_HAVE_GAPS:
-        return ProgramError("VP001", f"{major}: nothing between two commas", statement.find_column(""), line=line)
-    return statement
+    return Statement(line, major, words, rest.strip(), tuple(at + 1 for at in starts) if columns else (), n_lines)

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.apt import auxiliary, motion, systems
 from verne_post.gcode.apt.modes import AptModes
-from verne_post.gcode.apt.statements import SYSTEM_OF_CATIA, SYSTEM_OF_MODEL, Statement
-from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
+from verne_post.gcode.apt.statements import FREE_TEXT, SYSTEM_OF_CATIA, SYSTEM_OF_MODEL, Statement
+from verne_post.gcode.apt.words import MAY_HAVE_GAPS, REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.block import Block
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
@@ -29,14 +30,22 @@ def make_blocks(to: AptModes, statement: Statement) -> Iterator[Block]:
     method, _text = STATEMENTS.get(major, (None, ""))
     if method is None:
         raise refuse_statement(statement)
+    if "" in statement.words and major not in MAY_HAVE_GAPS:
+        raise ProgramError("VP001", f"{major}: nothing between two commas", statement.find_column(""))
     if major != "GOTO":
         to.last_arc = None
     yield from method(to, statement)
 
 
 def refuse_statement(statement: Statement) -> ProgramError:
-    """Why a statement is not executed, or which one is meant (VP002)."""
+    """Why a statement is not executed, or which one is meant (VP002, VP001)."""
     major = statement.major
+    if not major:
+        text = f"{statement.text[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
+        name, *rest = statement.text.split()
+        if rest and (near := find_meant(name.upper(), FREE_TEXT)):
+            text = f"{name}: no word of this language; did you mean {near}?"
+        return ProgramError("VP001", text, next(iter(statement.columns), None), line=statement.line)
     why = REFUSED_WORDS.get(major)
     text = f"{major}: {why or 'it is not a statement that is executed here; docs/apt.md lists them'}"
     if why is None:

@@ -291,7 +291,8 @@ class KlartextText(ChunkedText):
                 unread.line = line
                 self.label_errors.append(unread)
                 return ""
-            if correction is None or correction[1] != "LBL":
+            # CALL LBK and GOTO LBK are no labels
+            if correction is None or correction[1] != "LBL" or re.search("[A-Z]", text[: (unread.column or 1) - 1]):
                 return ""
             statement = Statement(line, "LBL", _capitalise(text)[(unread.column or 1) - 1 + len(correction[0]) :])
         error.line = line

@@ -21,8 +21,8 @@ _PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
 _DIGITS_OF_CODES: Final = 2
 #: A word, and a number behind a blank.
 _WORD_AND_NUMBER: Final = re.compile(
-    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])(?P<own>[-+]?[0-9.]+)[ \t]++(?P<number>(?:[-+][ \t]*+)?[0-9.]+)"
-    r"(?![ \t]*+\])(?P<more>[ \t]++[0-9.])?",
+    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])[ \t]*+(?P<own>[-+]?+[ \t]*+[0-9.]++)[ \t]++"
+    r"(?P<number>(?:[-+][ \t]*+)?[0-9.]++)(?P<more>(?:[ \t]++[0-9.]++)*+)(?![ \t]*+\])",
     re.IGNORECASE,
 )
 #: Words whose numbers have two digits as a rule: a letter may be missing between any two.
@@ -140,7 +140,7 @@ class Divided(NamedTuple):
 def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
     """Numbers that a blank divides, as in X15 28.
 
-    LinuxCNC reads one number, X1528. Whoever writes X 1 5 or F1 0 0 means it.
+    LinuxCNC reads one number, X1528.
     """
     if (point := _POINT_IN_NUMBER.match(text)) is not None:
         error = ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
@@ -154,14 +154,21 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
         counted_to, rest = match.start(), text[match.end() : match.end() + _LOOKED_AT]
         if depth > 0:
             continue
-        word, number = f"{match['letter']}{match['own']}", match["number"]
+        word, number = f"{match['letter']}{''.join(match['own'].split())}", match["number"]
         letter, begin, end = match["letter"].upper(), match.start() + 1, match.end("number")
         is_of_block = letter == "N"
-        if letter not in _WORDS_OF_CODES and match["more"]:
+        behind = _LETTER_AND_DIGITS.match(rest) if len(number) == 1 and number.isdigit() else None
+        # of Z6 0I0 the blank is one place too early
+        is_one = behind is not None and number == "0"
+        if letter not in _WORDS_OF_CODES and (match["more"] or is_one):
+            right = "".join(match[0].split())
+            message = (
+                f"{match[0]}: blanks mean nothing in a number, so that this is {right}; write {right} without them"
+            )
+            edits = write_words(match[0], right, line=line, is_choice=True)
+            yield Divided(letter, begin, match.end(), ProgramError("VP001", message, begin, edits=edits))
             continue
-        if (behind := _LETTER_AND_DIGITS.match(rest)) is not None and len(number) == 1 and number.isdigit():
-            if number == "0":  # of Z6 0I0, whose blank is one place too early
-                continue
+        if behind is not None and not is_one:
             wrong, right = f"{number}{behind[0]}", f"{behind[1]}{number}{behind[2]}"
             message = f"{wrong}: a digit before its letter, which is read as {word}{number}; {right} may be meant"
             edit = Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True)
@@ -170,11 +177,11 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
             continue
         if is_of_block:
             message = f"{match[0].strip()}: {_AS_NUMBER}"
-        elif number[0] in "+-" or ("." in match["own"] and "." in number):
+        elif number[0] in "+-" or ("." in word and "." in number):
             message = f"{number}: a number without a letter before it"
         else:
             message = f"{match[0].strip()}: blanks mean nothing in a number, so that this is {word}{number}"
-        letters = list_letters(letter, match["own"], number, rest)
+        letters = list_letters(letter, word[1:], number, rest)
         is_one = number.isdigit() and (not letters or re.fullmatch(r"0\d+", number) is not None)
         if is_one:
             edits = write_words(match[0], f"{word}{number}", line=line, is_choice=True)

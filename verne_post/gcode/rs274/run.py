@@ -20,7 +20,7 @@ from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.letterless import find_divided
 from verne_post.gcode.rs274.recovery import OF_WORDS, Recovery, place_at_code
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.templates import find_word_columns
+from verne_post.gcode.templates import find_word_column
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import CalledPlace, Finding, Remedy
 
@@ -163,7 +163,7 @@ class _BlockRun:
             if len(warnings) > first:
                 _find_columns_of_warnings(warnings, first, chunk.read_raw(row))
             if interpreter.recorder.has_word_numbers:
-                interpreter.recorder.find_system_columns(find_word_columns(decode_line(chunk.read_raw(row))))
+                interpreter.recorder.find_system_columns(partial(find_word_column, decode_line(chunk.read_raw(row))))
         if errors:  # what is missing beside them may be in what was left out
             for key in [key for key in list(warnings)[first:] if key[1] in (*OF_WORDS, "VP001")]:
                 del warnings[key]
@@ -341,7 +341,7 @@ def _find_columns_of_warnings(warnings: dict[tuple[int, str], Finding], first: i
     """The same for the warnings of the line: those from number ``first`` on."""
     for key, item in list(warnings.items())[first:]:
         if item.column is not None and item.column < 0:
-            column = find_word_columns(decode_line(raw))[-item.column - 1]
+            column = find_word_column(decode_line(raw), item.column)
             warnings[key] = dataclasses.replace(item, column=column)
 
 
@@ -353,4 +353,4 @@ def _correct(text: str, error: ProgramError) -> str | None:
 def _find_column(error: ProgramError, raw: bytes) -> None:
     """Put the column of a word in place of its number in the line."""
     if error.column is not None and error.column < 0:
-        error.column = find_word_columns(decode_line(raw))[-error.column - 1]
+        error.column = find_word_column(decode_line(raw), error.column)

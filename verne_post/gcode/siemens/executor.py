@@ -60,7 +60,7 @@ _UNKNOWN_CODE: Final = re.compile(r"G\d+ is not a code")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 #: What a word of F may have become: its letter is missing, or one whose key is beside, or its number.
 _LOST_FEED: Final = re.compile(r"[CDGRTV]?\d++(?:\.\d*+)?F?(?![\w.=])|F(?![\w=])|(?<=F)\(")
-_LONE_M: Final = re.compile(r"(?<![A-Z0-9_$])M(?:0?6)?(?=[ \t]|$)")
+_LONE_M: Final = re.compile(r"(?<![A-Z0-9_$])M(?:0?6|[567]6|6[57])?(?=[ \t]|$)")
 _TOOL: Final = re.compile(r"(?<![A-Z0-9_$])T1?[ \t]*[=\"]")
 _SET_R: Final = re.compile(r"(?<![\w$])R(\d{1,5})[ \t]*=(?!=)")
 _SET_VALUE: Final = re.compile(r"[ \t]*+(?:N\d++[ \t]*+)?(?:R\d|\w++[ \t]*+=)")

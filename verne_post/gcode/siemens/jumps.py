@@ -41,16 +41,21 @@ def read_repeats(value: float, column: int) -> int:
     return number
 
 
+_GOTO: Final = ("GOTO", "GOTOF", "GOTOB", "GOTOC")
+
+
 def _execute_if(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     word = cursor.peek_name()
-    if word in ("GOTO", "GOTOF", "GOTOB", "GOTOC"):
+    if word in _GOTO:
         cursor.name()
         if holds:
             _jump(flow, cursor, line, word)
         return
     if word and (message := flow.executor.words.explain_moved_blank(cursor.text, cursor.at)):
         raise cursor.error("VP001", message)
+    if word and "0" in word and (meant_word := find_meant(word, _GOTO, slip_alone=True)):
+        raise cursor.error("VP002", f"{word}: no meaning in this language; did you mean {meant_word}?")
     refuse_leftover(cursor)
     structure = flow.calls.text.structure
     branch = structure.branch[line]

@@ -57,8 +57,8 @@ _TARGET: Final = rb"(?<![A-Z0-9_])GOTO[FBC]?[ \t]+%s(?![A-Z0-9_])"
 _NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
 #: Characters behind a word that may be those of its name.
 _LONGEST_NAME: Final = 40
-#: Also one that lacks a blank.
-_JUMPS: Final = re.compile(rb"(?<![A-Z_])GOTO", re.IGNORECASE)
+#: Also one that lacks a blank, or has a 0 for an O.
+_JUMPS: Final = re.compile(rb"(?<![A-Z_])G[O0]T[O0]", re.IGNORECASE)
 #: A line of one word that may be meant for ELSE.
 _LONE_WORD: Final = re.compile(_BEGINS + rb"([ELS]{3,5})(?=[ \t\r]*(?:;[^\n]*)?$)", re.IGNORECASE | re.MULTILINE)
 _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
