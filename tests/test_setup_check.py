@@ -1001,6 +1001,26 @@ M30
     assert all("still in force after G49, and line 15 cuts in it; write G69 before" in item.message for item in found)
 
 
+@pytest.mark.parametrize(
+    ("angles", "said"),
+    [
+        ((0, 5, 80, 10, 12), "A80 in this cut, and A5 and A10 in those before and after it: is A8 meant?"),
+        ((8, 8, 80, 8, 8), "A80 in this cut, and A8 and A8 in those before and after it: is A8 meant?"),
+        ((0, 5, 40, 10, 12), ""),  # a tenth is none of those beside it
+        ((8, 8, 80, 80, 80), ""),
+        ((8, 8, 8, 8, 8), ""),
+        ((0, 0, 35, 0, 0), ""),  # a face of the side, and back
+    ],
+)
+def test_a_rotary_word_with_its_point_one_place_off_is_in_doubt(angles: tuple[int, ...], said: str) -> None:
+    """The tool swept over the part and back, without a word."""
+    cuts = "".join(f"X{10 * number} Y1 Z{6 + number / 10} A{angle} C2\n" for number, angle in enumerate(angles))
+    text = f"G17 G54 G90 G94 G710\nT1 D1\nM6\nS900 M3\nTRAORI\nG0 X-30 Y0 A0 C2\nZ30\nG1 Z5 F800\n{cuts}G0 Z60\nM30\n"
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="siemens")
+    found = [one for one in vp.check(text, "verne", options).findings if "is A8 meant" in one.message]
+    assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
+
+
 ENDED = {
     "fanuc": "O1\nG21 G90 G94 G49 G69\nT1 M6\nS5000 M3\nG43.4 H1 G0 A0. C0.\nG0 X0. Y0. Z90.\n{}\nG0 X0. Y0. Z30.\n"
     "G1 Z20. F500.\nG0 Z60.\n{}",

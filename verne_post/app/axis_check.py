@@ -1,4 +1,4 @@
-"""Tool axes of one cut that differ from those of all cuts beside it by the sign of one component."""
+"""One cut whose tool axis differs from all beside it: by the sign of a component, or the point of a rotary word."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.program_lines import name_component
-from verne_post.model.findings import Finding, add_line, make_finding
-from verne_post.model.moves import MoveKind, Moves
+from verne_post.base.tolerances import ZERO_ANGLE
+from verne_post.model.findings import Finding, Remedy, add_line, make_finding
+from verne_post.model.moves import AXES, MoveKind, Moves
 
 #: So many cuts on either side have axes that agree.
 _BESIDE: Final = 2
@@ -18,6 +19,9 @@ _BESIDE: Final = 2
 _AGREES: Final = 0.9962
 #: Cosine between axes that a cut does not turn to and back: 30 degrees.
 _DIFFERS: Final = 0.866
+#: Rotary words of cuts beside each other, deg: they differ by less; one that has lost its point, by more.
+_NEAR_DEG: Final = 15.0
+_AWAY_DEG: Final = 30.0
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
 _ASIDE: Final = 5.0
 
@@ -45,6 +49,39 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
             found = make_finding("VP056", text, line=line, last_line=line, worst_line=line)
     if found is not None:
         yield found
+
+
+def check_angles(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
+    """VP505: the decimal point of a rotary word is in doubt; one finding a program.
+
+    Two cuts before and two after have nearly the same angle, this one is far from it, and a tenth of it is between its
+    neighbours. Who turns the table for one cut, and back, leaves the part by a rapid.
+    """
+    for begin, end in iterate_blocks(len(moves), from_move):
+        first = max(begin - 2 * _BESIDE, from_move)
+        n, width = end - first, 2 * _BESIDE + 1
+        if n < width:
+            continue
+        kind, angles = moves.kind[first:end], moves.end[first:end, 3:6]
+        cuts = np.all([kind[shift : n - width + 1 + shift] == MoveKind.FEED for shift in range(width)], axis=0)
+        own = angles[_BESIDE : n - _BESIDE]
+        beside = np.array([angles[shift : n - width + 1 + shift] for shift in range(width) if shift != _BESIDE])
+        low, high = beside.min(axis=0), beside.max(axis=0)
+        around = beside[_BESIDE - 1 : _BESIDE + 1]
+        tenth = own / 10.0
+        is_between = (tenth >= around.min(axis=0) - ZERO_ANGLE) & (tenth <= around.max(axis=0) + ZERO_ANGLE)
+        is_far = (own < low - _AWAY_DEG) | (own > high + _AWAY_DEG)
+        doubtful = cuts[:, None] & is_between & is_far & (high - low < _NEAR_DEG)
+        for row, axis in np.argwhere(doubtful).tolist():
+            line, value = int(moves.line[first + _BESIDE + row]), float(own[row, axis])
+            letter, right = AXES[3 + axis], f"{value / 10.0:.6g}"
+            text = (
+                f"{letter}{value:.6g} in this cut, and {letter}{around[0, row, axis]:.6g} and "
+                f"{letter}{around[1, row, axis]:.6g} in those before and after it: is {letter}{right} meant?"
+            )
+            edits = (Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True),)
+            yield make_finding("VP505", text, line=line, last_line=line, worst_line=line, edits=edits)
+            return
 
 
 def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:
