@@ -340,6 +340,15 @@ def test_a_name_without_a_number_is_one_finding(view, call):
     assert [(item.code, item.line) for item in errors] == [("VP012", 2)]
 
 
+@pytest.mark.parametrize(
+    ("row", "said"), [("T1 Z-80", "has the length -80 mm"), ("T1 Z80 X2", "has offsets other than a length (Z)")]
+)
+def test_a_tool_that_cannot_be_used_is_named_with_its_row(machine, row, said):
+    options = Options(tools=read_tool_table(f"T2 Z90\n{row}\n", "t.tbl"), wcs={"G54": (0, 0, 0)})
+    (item,) = [one for one in check(f"{HEAD}G43 H1\nM30".encode(), machine, options).findings if one.code == "VP007"]
+    assert item.message.startswith(f"t.tbl:2: tool 1 {said}")
+
+
 def test_one_length_is_not_offered_for_several_tools(machine):
     program = f"{HEAD}G43 H11\nG1 Z9 F500\n{{}}M30".format
     for more, offered in (("", True), ("G43 H12\nG1 X10\nG43 H13\nG1 X10\n", False)):
