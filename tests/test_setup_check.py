@@ -1021,6 +1021,33 @@ def test_a_rotary_word_with_its_point_one_place_off_is_in_doubt(angles: tuple[in
     assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
 
 
+@pytest.mark.parametrize(
+    ("before", "doubted", "after", "said"),
+    [
+        ("TX+0 TY+0.5 TZ+0.866025", "TX+0 TY-0.5 TZ+0.866025", "TX+0 TY+0.5 TZ+0.866025", "TY (-0.5)"),
+        ("TX+0.4 TY+0.3 TZ+0.866025", "TX-0.4 TY+0.3 TZ+0.866025", "TX+0.4 TY+0.3 TZ+0.866025", "TX (-0.4)"),
+        ("TX+0 TY+0.5 TZ+0.866025", "TX+0 TY-0.5 TZ+0.866025", "TX+0 TY-0.5 TZ+0.866025", ""),
+        ("TX+0 TY+0.5 TZ+0.866025", "TX+0 TY+0.5 TZ+0.866025", "TX+0 TY+0.5 TZ+0.866025", ""),
+    ],
+)
+@pytest.mark.parametrize("machine", ["verne", "ac_trunnion"])
+def test_a_wrong_sign_of_ln_is_in_doubt(machine: str, before: str, doubted: str, after: str, said: str) -> None:
+    """Of a CL file and of A3= it was told; LN has angles in place of the tool axis."""
+    axes = (before, before, doubted, after, after)
+    cuts = "".join(f"LN X{4 * number:+d} Y+0 Z+0.{number} {axis}\n" for number, axis in enumerate(axes))
+    text = (
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S900 F600\nM3\nM128\nL X+0 Y+0 Z+40 A+0 C+0 R0 FMAX\n"
+        f"{cuts}M129\nL Z+60 FMAX\nM30\nEND PGM A MM\n"
+    )
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 80)}, dialect="heidenhain")
+    found = [item for item in vp.check(text, machine, options).findings if item.code == "VP056"]
+    assert [(item.line, f"the sign of {said}" in item.message) for item in found] == [(8, True)] * bool(said)
+    for item in found:
+        (edit,) = item.edits
+        right = text.replace(edit.misspelt, edit.value)
+        assert not [one for one in vp.check(right, machine, options).findings if one.code == "VP056"]
+
+
 ENDED = {
     "fanuc": "O1\nG21 G90 G94 G49 G69\nT1 M6\nS5000 M3\nG43.4 H1 G0 A0. C0.\nG0 X0. Y0. Z90.\n{}\nG0 X0. Y0. Z30.\n"
     "G1 Z20. F500.\nG0 Z60.\n{}",

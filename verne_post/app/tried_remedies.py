@@ -120,8 +120,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     is_short = len(program.contour) <= TRIED_ELEMENTS
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
     meant = find_meant_motion(source, program, findings)
-    if is_short and meant is None:
-        meant = _find_flipped_axis(source, program, errors)
+    if meant is None:
+        meant = find_flipped_axis(source, program, errors)
     can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
     before = [] if meant is None else list_errors_before(program, errors, meant)
     in_inches = _find_mistaken_unit(source, program, errors)
@@ -461,14 +461,15 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
     return None
 
 
-def _find_flipped_axis(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+def find_flipped_axis(source: Text, program: Program, findings: Sequence[Finding]) -> Remedy | None:
     """The tool axis of the first line of errors with the sign of one component that it may have lost; checked with it.
 
     It leads away from the axis before by more than a right angle, and with the other sign by less than 60 degrees.
     """
-    moves, number = program.moves, min(item.line or 0 for item in errors)
+    errors = _list_errors(findings)
+    moves, number = program.moves, min((item.line or 0 for item in errors), default=0)
     own = np.flatnonzero(moves.line == number)
-    if not len(own) or not np.isfinite(moves.tool_axis[own[-1]]).all():
+    if len(program.contour) > TRIED_ELEMENTS or not len(own) or not np.isfinite(moves.tool_axis[own[-1]]).all():
         return None
     axis, before = moves.tool_axis[own[-1]], _find_axis(program, int(own[0]) - 1)
     lines = bytes(source).split(b"\n")
