@@ -568,3 +568,19 @@ def test_a_number_of_goto_that_lost_its_point_is_named() -> None:
     assert first.remedies[0] == "z 0.800 may be meant in line 9, its point is missing: within limits with it"
     (edit, *_others) = first.edits
     assert program.splitlines()[8].replace(edit.misspelt, edit.value) == "GOTO/5,0,0.800,0,0,1"
+
+
+def test_a_turn_to_a_plane_names_the_line_that_has_its_angles(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """G53.1 has no number that could be corrected."""
+    path = tmp_path / "a.nc"
+    head = "%\nO1\nG90 G94 G17 G21\nT1 M6\nS900 M3\nG54 G0 A0. C0.\nX-20. Y0.\nG43 H1 Z50.\n"
+    given = [path, "--dialect", "fanuc", "--tool-length", "80", "--wcs", "G54=0,0,100", "--machine", "verne"]
+    cut = "G0 X-15. Y5.\nZ10.\nG1 Z2. F300.\nX15.\nG0 Z40.\nG69\nG0 A0. C0.\nM30\n%\n"
+    for turn, is_told in (("G53.1", True), ("A-160. C0.", False)):
+        path.write_text(f"{head}G68.2 X0. Y0. Z0. I0. J200. K0.\n{turn}\n{cut}")
+        said = "correct the angles of G68.2 in line 9 first: line 10 turns the table to this plane"
+        told = run("check", *given)
+        assert "VP102 error" in told.out
+        assert (f"not tried: {said}" in told.out) == is_told
+        if is_told:
+            assert said in run("explain", f"{path}:10", *given[1:]).out

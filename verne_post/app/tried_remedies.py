@@ -19,6 +19,7 @@ from verne_post.app.line_remedies import (
     CONTACTS,
     Line,
     Trial,
+    describe_plane,
     is_carried_along,
     propose_depth,
     propose_ends,
@@ -53,7 +54,7 @@ from verne_post.kinematics.checks.remedies import (
     select_line,
 )
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, InputError, Remedy, has_line, join_lines, make_finding
+from verne_post.model.findings import NOT_TRIED, Finding, InputError, Remedy, has_line, join_lines, make_finding
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
@@ -163,6 +164,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
                 tried = (cure, *(one for one in tried if one not in (offset, nothing)))
             elif word is not None:
                 tried = (word, *(one for one in tried if one != nothing))
+            text = (take_line(source, item.line or 0) or b"").decode("utf-8", errors="replace")
+            if item.code in ROTARY_CODES and (plane := describe_plane(program.moves, item.line or 0, text)):
+                tried = (Remedy(f"{NOT_TRIED}{plane}"), *tried)
             edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
