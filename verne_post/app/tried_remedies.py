@@ -541,11 +541,11 @@ def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) 
         around = (_find_nearest(one, letter, language) for one in (reversed(lines[: number - 1]), lines[number:]))
         beside = [one for one in around if one is not None]
         sign = word[2].removesuffix(digits)
-        point, now = others[1].decode(), read_number(word[2])
+        if len(beside) != 2:
+            continue
+        point = others[1].decode()
         values = [f"{sign}{digits[:at] or '0'}{point}{digits[at:]}".removeprefix("+") for at in range(len(digits))]
-        for value in sorted(values, key=lambda one: abs(read_number(one) - sum(beside) / 2.0)):
-            if not left or len(beside) != 2 or not _is_beside(read_number(value), now, beside):
-                continue
+        for value in _list_beside(values[::-1], read_number(word[2]), beside)[:left]:
             left -= 1
             changed = change_number(text, word, value).encode()
             if _is_right_with(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program):
@@ -557,10 +557,12 @@ def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) 
     return None
 
 
-def _is_beside(value: float, now: float, beside: Sequence[float]) -> bool:
-    """Whether a number is between those beside it, or far nearer to them than the one that stands there now."""
+def _list_beside(values: Sequence[str], now: float, beside: Sequence[float]) -> list[str]:
+    """Those of some numbers that are between the two beside them; else those far nearer to these than ``now`` is."""
+    between = [one for one in values[:-1] if min(beside) <= read_number(one) <= max(beside)]
     middle = sum(beside) / len(beside)
-    return min(beside) <= value <= max(beside) or abs(now - middle) >= _TIMES_NEARER * abs(value - middle)
+    far = {one: abs(read_number(one) - middle) for one in values}
+    return between or sorted((one for one in far if far[one] * _TIMES_NEARER <= abs(now - middle)), key=far.__getitem__)
 
 
 def _find_nearest(lines: Iterable[bytes], letter: str, language: str) -> float | None:
