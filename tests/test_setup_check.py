@@ -399,11 +399,11 @@ def test_a_plane_that_is_not_ended_or_to_which_nothing_turns(dialect, plane, las
 def test_what_turns_the_table_has_the_axes_of_the_machine(machine, axes, parameters):
     """Of a machine with B and C the remedy named A, and Q120."""
     placed = {"tool_length": 60.0, "wcs": {"G54": (0, 0, 200)}}
-    plane = "PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY\nL X+0 Y+0 R0 FMAX\nL Z-2 F300\nM30\nEND PGM T MM\n"
-    klartext = f"BEGIN PGM T MM\nTOOL CALL 1 Z S5000 F500\nM3\nL Z+100 FMAX\n{plane}"
+    plane = "PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY\nL X+0 Y+0 R0 FMAX\nL Z-2 F300\nPLANE RESET STAY\nM30\n"
+    klartext = f"BEGIN PGM T MM\nTOOL CALL 1 Z S5000 F500\nM3\nL Z+100 FMAX\n{plane}END PGM T MM\n"
     [item] = check(klartext, machine, vp.Options(dialect="heidenhain", **placed)).findings
     assert f"or turn {axes} to its {parameters} (" in item.message
-    swivel = 'T1 D1 M6\nS1 M3\nG0 Z100\nCYCLE800(0,"",0,57,0,0,0,0,20,0,0,0,0,0)\nG0 X0 Y0\nG1 Z-2 F300\nM30\n'
+    swivel = 'T1 D1 M6\nS1 M3\nG0 Z9\nCYCLE800(0,"",0,57,0,0,0,0,20,0,0,0,0,0)\nG0 X0 Y0\nG1 Z-2 F9\nCYCLE800()\nM30\n'
     [item] = check(swivel, machine, vp.Options(dialect="siemens", **placed)).findings
     assert item.message.endswith(f"or turn {axes}")
 
@@ -1028,9 +1028,99 @@ G0 Z60.
 M30
 """
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
-    found = [item for item in check(program, "verne", options).findings if item.code == "VP043"]
+    found = [item for item in check(program, "verne", options).findings if item.quantity == "G49"]
     assert [item.line for item in found] == [line][: bool(line)]
     assert all("still in force after G49, and line 15 cuts in it; write G69 before" in item.message for item in found)
+
+
+@pytest.mark.parametrize(
+    ("angles", "said"),
+    [
+        ((0, 5, 80, 10, 12), "A80 in this cut, and A5 and A10 in those before and after it: is A8 meant?"),
+        ((8, 8, 80, 8, 8), "A80 in this cut, and A8 and A8 in those before and after it: is A8 meant?"),
+        ((0, 5, 40, 10, 12), ""),  # a tenth is none of those beside it
+        ((8, 8, 80, 80, 80), ""),
+        ((8, 8, 8, 8, 8), ""),
+        ((0, 0, 35, 0, 0), ""),  # a face of the side, and back
+    ],
+)
+def test_a_rotary_word_with_its_point_one_place_off_is_in_doubt(angles: tuple[int, ...], said: str) -> None:
+    """The tool swept over the part and back, without a word."""
+    cuts = "".join(f"X{10 * number} Y1 Z{6 + number / 10} A{angle} C2\n" for number, angle in enumerate(angles))
+    text = f"G17 G54 G90 G94 G710\nT1 D1\nM6\nS900 M3\nTRAORI\nG0 X-30 Y0 A0 C2\nZ30\nG1 Z5 F800\n{cuts}G0 Z60\nM30\n"
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="siemens")
+    found = [one for one in vp.check(text, "verne", options).findings if "is A8 meant" in one.message]
+    assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
+
+
+@pytest.mark.parametrize(
+    ("before", "doubted", "after", "said"),
+    [
+        ("TX+0 TY+0.5 TZ+0.866025", "TX+0 TY-0.5 TZ+0.866025", "TX+0 TY+0.5 TZ+0.866025", "TY (-0.5)"),
+        ("TX+0.4 TY+0.3 TZ+0.866025", "TX-0.4 TY+0.3 TZ+0.866025", "TX+0.4 TY+0.3 TZ+0.866025", "TX (-0.4)"),
+        ("TX+0 TY+0.5 TZ+0.866025", "TX+0 TY-0.5 TZ+0.866025", "TX+0 TY-0.5 TZ+0.866025", ""),
+        ("TX+0 TY+0.5 TZ+0.866025", "TX+0 TY+0.5 TZ+0.866025", "TX+0 TY+0.5 TZ+0.866025", ""),
+    ],
+)
+@pytest.mark.parametrize("machine", ["verne", "ac_trunnion"])
+def test_a_wrong_sign_of_ln_is_in_doubt(machine: str, before: str, doubted: str, after: str, said: str) -> None:
+    """Of a CL file and of A3= it was told; LN has angles in place of the tool axis."""
+    axes = (before, before, doubted, after, after)
+    cuts = "".join(f"LN X{4 * number:+d} Y+0 Z+0.{number} {axis}\n" for number, axis in enumerate(axes))
+    text = (
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S900 F600\nM3\nM128\nL X+0 Y+0 Z+40 A+0 C+0 R0 FMAX\n"
+        f"{cuts}M129\nL Z+60 FMAX\nM30\nEND PGM A MM\n"
+    )
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 80)}, dialect="heidenhain")
+    found = [item for item in vp.check(text, machine, options).findings if item.code == "VP056"]
+    assert [(item.line, f"the sign of {said}" in item.message) for item in found] == [(8, True)] * bool(said)
+    for item in found:
+        (edit,) = item.edits
+        right = text.replace(edit.misspelt, edit.value)
+        assert not [one for one in vp.check(right, machine, options).findings if one.code == "VP056"]
+
+
+ENDED = {
+    "fanuc": "O1\nG21 G90 G94 G49 G69\nT1 M6\nS5000 M3\nG43.4 H1 G0 A0. C0.\nG0 X0. Y0. Z90.\n{}\nG0 X0. Y0. Z30.\n"
+    "G1 Z20. F500.\nG0 Z60.\n{}",
+    "siemens": "G17 G54 G90 G94 G710\nT1 D1\nM6\nS900 M3\nG0 X0 Y0 Z90\n{}\nG0 X0 Y0 Z30\nG1 Z20 F500\nG0 Z60\n{}",
+    "heidenhain": "BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+90 A+0 C+0 R0 FMAX M3\n{}\nL X+0 Y+0 Z+30 FMAX\n"
+    "L Z+20 F500\nL Z+60 FMAX\n{}\nEND PGM A MM\n",
+}
+G68 = "G0 A-20.\nG68.2 X0. Y0. Z0. I0. J20. K0."
+LEVEL = 'CYCLE800(0,"",0,57,0,0,0,0,0,0,0,0,0,-1)'
+
+
+@pytest.mark.parametrize(
+    ("dialect", "plane", "end", "said"),
+    [
+        ("fanuc", G68, "M30\n", "G68.2 in line 8 is still in force at M30: controls keep it for the next program if a"),
+        ("fanuc", G68, "G69\nM30\n", ""),
+        ("siemens", SWIVEL, "M30\n", "CYCLE800 in line 6 is still in force at M30: controls keep it for the next"),
+        ("siemens", SWIVEL, "CYCLE800()\nM30\n", ""),
+        ("siemens", SWIVEL, f"{LEVEL}\nG0 Z90\nM30\n", ""),  # angles of 0 end it too
+        ("siemens", SWIVEL, "RET\n", ""),  # a subprogram, whose caller may go on in the plane
+        (
+            "heidenhain",
+            SPATIAL,
+            "M30",
+            "SPATIAL in line 4 is still in force at M30: controls keep it for the next",
+        ),
+        ("heidenhain", SPATIAL, "M5", "SPATIAL in line 4 is still in force at END PGM: controls keep it for the next"),
+        ("heidenhain", SPATIAL, "PLANE RESET STAY\nM30", ""),
+    ],
+)
+def test_a_plane_that_is_in_force_at_the_end(dialect: str, plane: str, end: str, said: str) -> None:
+    """The next program began in it, without a word."""
+    text = ENDED[dialect].format(plane, end)
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect=dialect)
+    found = [item for item in vp.check(text, "verne", options).findings if item.code == "VP043"]
+    assert [said in item.message for item in found] == [True] * bool(said)
+    for item in found:
+        (edit,) = item.edits
+        lines = text.splitlines()
+        lines.insert(edit.line - 1, edit.value)
+        assert not [one for one in vp.check("\n".join(lines) + "\n", "verne", options).findings if one.code == "VP043"]
 
 
 def test_an_angle_that_a_later_line_gives_is_one_cause() -> None:

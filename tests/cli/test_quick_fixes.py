@@ -1224,7 +1224,7 @@ def test_mcall_is_not_ended_behind_lines_that_may_be_no_places(
     inspector: Inspector, tmp_path: Path, beside: str, rest: str
 ) -> None:
     begin = f"{SIEMENS}F200\nMCALL CYCLE82(5,0,2,-6,,0.5)\nHOLES1(0,0,0,10,10,4)\n"
-    message, _marked, made = look(inspector, tmp_path / "a.mpf", f"{begin}{beside}{rest}MCALL\nM30\n")
+    message, _marked, made = look(inspector, tmp_path / "a.mpf", f"{begin}{beside}{rest}MCALL\nCYCLE800()\nM30\n")
     assert ("before line 8 if line 9 is no place of it" in message) == bool(beside)
-    assert (f"{begin}MCALL\n{beside}{rest}MCALL\nM30\n", not beside) in [one[1:] for one in made.values()]
+    assert (f"{begin}MCALL\n{beside}{rest}MCALL\nCYCLE800()\nM30\n", not beside) in [one[1:] for one in made.values()]
     assert any(preferred for _path, _text, preferred in made.values()) == (not beside)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import verne_post as vp
 from verne_post.base.program_lines import add_angle, change_number, change_vector, find_word_of
 
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
@@ -513,3 +514,73 @@ def test_a_move_of_the_part_has_no_traces_that_nothing_needs(tmp_path: Path, run
     assert moved is not None, told
     assert moved[1].endswith(", 0"), "not 0.2"
     assert run("check", program, *given, "--wcs", moved[2]).code == 0
+
+
+_DRILLED = {
+    "a.mpf": "G17 G54 G90 G94 G710\nT1 D1\nM6\nS900 M3 F200\nG0 A0 C0\nX0 Y0 Z50\nMCALL CYCLE82(20,0,2,{},,0.2)\n"
+    "X-20 Y5\nX20\nMCALL\nG0 Z50\nM30\n",
+    "a.nc": "%\nO1\nG21 G90 G17 G94\nT1 M6\nS900 M3\nG54 G0 A0. C0.\nG0 X0. Y0.\nG43 H1 Z50.\n"
+    "G81 X-20. Y5. Z{} R3. F200.\nX20.\nG80\nG0 Z60.\nM30\n%\n",
+    "a.h": "BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\nCYCL DEF 200 DRILLING ~\nQ200=+2 ~\n"
+    "Q201={} ~\nQ206=+200 ~\nQ202=+200 ~\nQ210=+0 ~\nQ203=+0 ~\nQ204=+15 ~\nQ211=+0\nL X-20 Y+5 FMAX M99\n"
+    "L X+20 FMAX M99\nL Z+60 FMAX\nM30\nEND PGM A MM\n",
+    "a.cls": "PARTNO/A\nUNITS/MM\nLOADTL/1\nSPINDL/900,RPM,CLW\nRAPID\nGOTO/-20,5,50,0,0,1\n"
+    "CYCLE/DRILL,DEPTH,{},MMPM,200,CLEAR,2\nGOTO/-20,5,0,0,0,1\nGOTO/20,5,0,0,0,1\nCYCLE/OFF\nRAPID\n"
+    "GOTO/20,5,60,0,0,1\nFINI\n",
+}
+_DIALECTS = {"a.mpf": "siemens", "a.nc": "fanuc", "a.h": "heidenhain", "a.cls": "aptcl"}
+
+
+@pytest.mark.parametrize(
+    ("name", "depth", "said"),
+    [
+        ("a.mpf", "-150", "DP -15 may be meant instead of -150 in line 7"),
+        ("a.mpf", "-25", ""),  # a hole that is 5 mm too deep has no point in the wrong place
+        ("a.nc", "-150.", "Z -15. may be meant instead of -150. in line 9"),
+        ("a.nc", "-25.", ""),
+        ("a.h", "-150", "Q201 -15 may be meant instead of -150 in line 6"),
+        ("a.cls", "150.0", "DEPTH 15. may be meant instead of 150.0 in line 7"),
+    ],
+)
+def test_a_depth_with_its_point_one_place_off_is_named(name: str, depth: str, said: str) -> None:
+    """The part alone was to be raised by 130 mm."""
+    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 120.0, *(0.0,) * 6))}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 20)}, dialect=_DIALECTS[name])
+    errors = [one for one in vp.check(_DRILLED[name].format(depth), "verne", options).findings if one.remedies]
+    assert errors
+    assert ("may be meant instead" in errors[0].remedies[0]) == bool(said)
+    assert said in errors[0].remedies[0]
+    if said:
+        edit = errors[0].edits[0]
+        right = _DRILLED[name].format(depth.replace("150", "15").removesuffix("0"))
+        assert not [one for one in vp.check(right, "verne", options).findings if one.severity == "error"]
+        assert edit.is_choice
+
+
+def test_a_number_of_goto_that_lost_its_point_is_named() -> None:
+    points = "".join(f"GOTO/{x},0,{z},0,0,1\n" for x, z in ((0, 0.5), (5, 800), (9, "0.5"), (12, 0.4)))
+    program = (
+        f"PARTNO/A\nUNITS/MM\nLOADTL/1\nSPINDL/900,RPM,CLW\nRAPID\nGOTO/0,0,9,0,0,1\nFEDRAT/600,MMPM\n{points}FINI\n"
+    )
+    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
+    first = next(one for one in vp.check(program, "verne", options).findings if one.remedies)
+    assert first.remedies[0] == "z 0.800 may be meant in line 9, its point is missing: within limits with it"
+    (edit, *_others) = first.edits
+    assert program.splitlines()[8].replace(edit.misspelt, edit.value) == "GOTO/5,0,0.800,0,0,1"
+
+
+def test_a_turn_to_a_plane_names_the_line_that_has_its_angles(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """G53.1 has no number that could be corrected."""
+    path = tmp_path / "a.nc"
+    head = "%\nO1\nG90 G94 G17 G21\nT1 M6\nS900 M3\nG54 G0 A0. C0.\nX-20. Y0.\nG43 H1 Z50.\n"
+    given = [path, "--dialect", "fanuc", "--tool-length", "80", "--wcs", "G54=0,0,100", "--machine", "verne"]
+    cut = "G0 X-15. Y5.\nZ10.\nG1 Z2. F300.\nX15.\nG0 Z40.\nG69\nG0 A0. C0.\nM30\n%\n"
+    for turn, is_told in (("G53.1", True), ("A-160. C0.", False)):
+        path.write_text(f"{head}G68.2 X0. Y0. Z0. I0. J200. K0.\n{turn}\n{cut}")
+        said = "correct the angles of G68.2 in line 9 first: line 10 turns the table to this plane"
+        told = run("check", *given)
+        assert "VP102 error" in told.out
+        assert (f"not tried: {said}" in told.out) == is_told
+        if is_told:
+            assert said in run("explain", f"{path}:10", *given[1:]).out

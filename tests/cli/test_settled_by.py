@@ -191,6 +191,9 @@ def test_a_flipped_tool_axis_is_named_first(
     tried = [line.strip() for line in told.splitlines() if "tried:" in line]
     assert (tried == [f"= tried: within limits with {said}: is the sign wrong?"]) == bool(said)
     assert ("is the sign wrong?" in told) == bool(said)
+    line = next(number for number, text in enumerate(program.splitlines(), start=1) if f"{name}:{number}: " in told)
+    shown = run("explain", f"{name}:{line}", "--machine", machine).out
+    assert (f"within limits with {said}: is the sign wrong?" in shown) == bool(said)
 
 
 def test_no_branch_is_offered_that_turns_an_axis_far_within_a_feed_line(

@@ -963,3 +963,24 @@ def test_the_length_of_a_program_without_a_tool_is_in_the_form(run: Run, tmp_pat
     assert "Fill in tool_length, mm, in" in run("check", program).out
     assert "nothing is missing" in run("setup", program, "--tool-length", 80, "--wcs", "G54=0,0,60").err
     assert run("check", program).code == 0
+
+
+@pytest.mark.parametrize(("diameter", "is_told"), [(12, True), (10, False)])
+def test_a_diameter_that_differs_from_the_remark_is_told(
+    diameter: float, is_told: bool, tmp_path: Path, run: Run
+) -> None:
+    """Check warned of it, and setup said that nothing is missing."""
+    path, table = tmp_path / "a.nc", tmp_path / "t.tbl"
+    path.write_text(
+        "(T1 D=10. - FLAT END MILL)\nG21 G90 G94\nT1 M6\nS900 M3\nG54\nG0 X0 Y0 A0 C0\nG43 H1 Z20\nG1 G41 D1 X9 F600\n"
+        "X40\nG0 G40 X60\nM30\n"
+    )
+    table.write_text(f"T1 P1 Z90 D{diameter}\n")
+    doubt = "tool 1: a diameter of 12 mm is not the 10 mm that the program's remark in line 1 names"
+    made = run("setup", path, "--tool-table", table, "--wcs", "G54=0,0,60")
+    assert (f"in doubt: {doubt}; nothing is missing" in made.err + made.out) == is_told
+    form = Path(f"{path}.toml")
+    assert (f"# {doubt}\n" in form.read_text()) == is_told
+    again = run("setup", path)
+    assert (f"in doubt: {doubt}; nothing is missing" in again.err + again.out) == is_told
+    assert (doubt in run("check", path).out) == is_told

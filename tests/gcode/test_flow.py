@@ -236,3 +236,22 @@ def test_an_error_of_the_return_is_one_of_the_file(view):
     _moves, found = view(main, subroutines={"a": sub})
     assert [(item.code, item.line) for item in found] == [("VP017", 3)]
     assert found[0].full_message.startswith("a.ngc, line 7: ")
+
+
+@pytest.mark.parametrize(
+    ("body", "call", "wanted"),
+    [
+        ("F#2\nG1 X#1\nY2", "[5]", ["o1 call gives 1 value, and F of line 2 is #2, which is 0 then; give #2 too"]),
+        ("G1 X[#2] F[#3]", "", ["o1 call gives no values, and F of line 2 is #3, which is 0 then; give #3 too"]),
+        ("G1 X#1 F[#2]", "[5] [0]", ["G1 with feed rate zero; the last F has the value 0; write one greater than 0"]),
+        ("G1 X#1 F[#2+9]\nX#3", "[5]", []),
+        ("#2=9\nG1 X#1 F#2", "[5]", []),
+    ],
+)
+def test_a_value_that_a_call_does_not_give_is_named_at_the_call(view, body, call, wanted):
+    """F 0 was reported in each line of the subprogram that moves."""
+    program = f"o1 sub\n{body}\no1 endsub\no1 call {call}\nM2"
+    found = view(program, dialect="rs274")[1]
+    assert [item.message for item in found] == wanted
+    line = program.splitlines().index(f"o1 call {call}") + 1
+    assert [item.line for item in found if "call" in item.message] == [line] * sum("call" in one for one in wanted)

@@ -16,7 +16,7 @@ from verne_post.app.constraints import check_program
 from verne_post.app.explain_numbers import format_number
 from verne_post.app.line_remedies import Line, is_of_cycle
 from verne_post.base.long_text import Text
-from verne_post.base.program_lines import remove_remarks
+from verne_post.base.program_lines import remove_remarks, write_like
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.line_words import Word
@@ -31,10 +31,19 @@ STEP_MM: Final = 0.1
 _STEP_INCH: Final = 0.005
 #: A longer contour is not checked anew for remedies: the refusal should not take many times as long as the check.
 TRIED_ELEMENTS: Final = 20_000
+#: A decimal point one place too far to the right; and the share of a depth that is beyond a limit then.
+_TOO_DEEP: Final = 10.0
+_SHARE_BEYOND: Final = 3.0
 #: Doublings of the depth of the contact at which a height is sought.
 _DOUBLINGS: Final = 7
 _NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)"
-_OF_RS274: Final = re.compile(rf"(?<![A-Z_])R\s*({_NUMBER})(?![\d.])", re.IGNORECASE)
+#: A letter of a cycle of RS274 with its number.
+_OF_RS274: Final = {
+    letter: re.compile(rf"(?<![A-Z_]){letter}\s*({_NUMBER})(?![\d.])", re.IGNORECASE) for letter in "RZ"
+}
+#: A cycle of a CL file, and its depth.
+_CYCLE_OF_CL: Final = re.compile(r"[ \t]*+CYCLE[ \t]*+/", re.IGNORECASE)
+_DEPTH_OF_CL: Final = re.compile(rf"(?<![A-Z])DEPTH\s*,\s*({_NUMBER})(?![\d.])", re.IGNORECASE)
 #: What begins, and what ends, a cycle of RS274 that holds from line to line.
 _BEGINS: Final = re.compile(rf"(?<![A-Z_])G0*({'|'.join(str(code // 10) for code in CYCLES)})(?![\d.])", re.IGNORECASE)
 _ENDS: Final = re.compile(r"(?<![A-Z_])G0*(?:80|[0-3])(?![\d.])", re.IGNORECASE)
@@ -47,6 +56,8 @@ _NAMES: Final = {
     "Q200": "set-up clearance Q200",
     "Q204": "second set-up clearance Q204",
 }
+#: What a cycle calls the depth of its holes.
+_DEPTHS: Final = ("DP", "DPR", "Q201")
 
 
 class _Height(Struct, frozen=True):
@@ -249,7 +260,7 @@ def _list_heights(source: Text, program: Program, number: int, step: float = STE
     dialect = choose_dialect_name(program.options.dialect, source, program.options.source_name)
     lines = bytes(source).decode("utf-8", errors="surrogateescape").split("\n")
     if dialect in ("rs274", "fanuc"):
-        return _list_of_rs274(lines, number)
+        return _list_of_rs274(lines, number, "R")
     call = _find_call(lines, number, dialect)
     if call is None:
         return []
@@ -267,6 +278,43 @@ def _list_heights(source: Text, program: Program, number: int, step: float = STE
         if float(plane.number) > reference:  # out of the hole is up
             heights.append(replace(by_name["SDIS"], plane=plane, base=reference + step))
     return heights
+
+
+def find_shallow_depth(source: Text, program: Program, number: int, beyond: float) -> tuple[Text, Remedy] | None:
+    """The program, and the edit, with a tenth of the depth of the cycle that a line is executed by.
+
+    None where that is not probable: the line goes ``beyond`` its limit, in the unit of the program, by less than a
+    third of the depth.
+    """
+    dialect = choose_dialect_name(program.options.dialect, source, program.options.source_name)
+    lines = bytes(source).decode("utf-8", errors="surrogateescape").split("\n")
+    if dialect in ("rs274", "fanuc"):
+        depths = _list_of_rs274(lines, number, "Z")
+    elif (call := _find_call(lines, number, dialect)) is not None:
+        values, begin = find_given_values(lines, call[0], dialect), -1 if dialect == "heidenhain" else call[1].begin
+        depths = [
+            _Height("", name, one.line, lines[one.line - 1], one.begin, one.text, begin)
+            for name in _DEPTHS
+            if (one := values.get(name)) is not None and re.fullmatch(_NUMBER, one.text)
+        ]
+    else:
+        depths = [] if dialect != "aptcl" else _list_of_cl(lines, number)
+    if not depths or beyond * _SHARE_BEYOND < abs(float(depths[0].number)) or not float(depths[0].number):
+        return None
+    depth, then = depths[0], write_like(depths[0].number, format_number(float(depths[0].number) / _TOO_DEEP))
+    lines[depth.line - 1] = depth.write(then)
+    said = f"{depth.name} {then} may be meant instead of {depth.number} in line {depth.line}: within limits with it"
+    changed = "\n".join(lines).encode("utf-8", errors="surrogateescape")
+    return changed, dataclasses.replace(depth.make_remedy(said, then), is_choice=True)
+
+
+def _list_of_cl(lines: Sequence[str], number: int) -> list[_Height]:
+    """The depth of the CYCLE statement of a CL file that is in force in a line."""
+    for at in range(number, 0, -1):
+        if _CYCLE_OF_CL.match(lines[at - 1]):
+            words = (_DEPTH_OF_CL.search(lines[at - 1]),)
+            return [_Height("", "DEPTH", at, one.string, one.start(1), one[1], one.start()) for one in words if one]
+    return []
 
 
 def _list_in_force(source: Text, program: Program, line: Line, step: float = STEP_MM) -> list[_Height]:
@@ -301,13 +349,13 @@ def _find_call(lines: Sequence[str], number: int, dialect: str) -> tuple[int, Wo
     return None
 
 
-def _list_of_rs274(lines: Sequence[str], number: int) -> list[_Height]:
+def _list_of_rs274(lines: Sequence[str], number: int, letter: str) -> list[_Height]:
     heights: list[_Height] = []
     for at in range(number, 0, -1):
         code = remove_remarks(lines[at - 1])
-        found = _OF_RS274.search(code)
+        found = _OF_RS274[letter].search(code)
         if not heights and found is not None:
-            heights = [_Height("", "R", at, lines[at - 1], found.start(1), found[1])]
+            heights = [_Height("", letter, at, lines[at - 1], found.start(1), found[1])]
         if begin := _BEGINS.search(code):
             return [replace(height, cycle=f"G{begin[1]} in line {at}") for height in heights]
         if _ENDS.search(code):

@@ -30,7 +30,7 @@ from verne_post.app.line_remedies import Line
 from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.plan import plan_program
 from verne_post.app.start_lines import quote_start
-from verne_post.app.tried_remedies import build_trial, find_end_before_contact, find_offset_before
+from verne_post.app.tried_remedies import build_trial, find_end_before_contact, find_flipped_axis, find_offset_before
 from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
@@ -116,7 +116,7 @@ def explain_source(
 
 def _add_remedies(source: Text, program: Program, shown: Line) -> Line:
     """The same line, with what would bring it within limits; another place is no cure of a motion that is not meant."""
-    meant = find_meant_motion(source, program, shown.findings)
+    meant = find_meant_motion(source, program, shown.findings) or find_flipped_axis(source, program, shown.findings)
     if meant is None:
         return _add_contact_remedies(source, program, add_line_remedies(shown, build_trial(source, program, shown)))
     cures = tuple(filter(None, (meant.text, find_offset_before(source, program, meant, shown.number))))

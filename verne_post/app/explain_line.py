@@ -15,6 +15,7 @@ from verne_post.app.line_remedies import (
     Line,
     Trial,
     describe_kept_angle,
+    describe_plane,
     find_words,
     is_carried_along,
     is_of_cycle,
@@ -491,7 +492,9 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         return
     gravest = find_worst(findings)
     if not remedies.is_movable(line.joints):
-        yield "the line is no motion of the part alone: nothing is proposed"
+        is_rotary = any(item.code in remedies.ROTARY_CODES for item in findings)
+        plane = describe_plane(line.moves, line.number, line.text) if is_rotary else ""
+        yield plane or "the line is no motion of the part alone: nothing is proposed"
         return
     found = list(dict.fromkeys(text for item in findings for text in item.remedies))
     what = "what would bring the line within limits" if gravest == "error" else "what would remove the warnings"

@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from verne_post.app.explain_numbers import format_list, format_mm, format_number
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.program_lines import change_vector, goes_to_reference
+from verne_post.base.program_lines import change_vector, goes_to_reference, remove_remarks
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, MM_PER_INCH
 from verne_post.gcode.machining.state import State
@@ -29,6 +29,8 @@ from verne_post.model.verdict import find_worst
 
 #: Contacts with fixtures and with the stock.
 CONTACTS: Final = ("VP215", "VP216")
+#: Codes of Fanuc that turn the table to the plane in force.
+_TURN_TO_PLANE: Final = re.compile(r"(?<![A-Z_\d])G53\.[16](?!\d)", re.IGNORECASE)
 #: A joint and a word differ by the platform's tilt to within rounding, degrees.
 _SAME_DEG: Final = 1e-6
 #: So many tilts of an end, and branches, are tried on the program, the nearest first.
@@ -137,6 +139,17 @@ def describe_kept_angle(moves: Moves, machine: Machine, item: Finding, number: i
         return ""
     word = f"{machine.rotary_letters[of]} {format_number(float(moves.end[given, axis]), 4)}"
     return f"line {number} {'begins at' if at_start else 'keeps'} {word} of line {line}: correct line {line} first"
+
+
+def describe_plane(moves: Moves, number: int, text: str) -> str:
+    """To which plane a line turns the table that has no angles of its own, as G53.1 in Fanuc programs; else empty."""
+    rows = np.flatnonzero(moves.line == number)
+    if not len(rows) or _TURN_TO_PLANE.search(remove_remarks(text)) is None:
+        return ""
+    plane = next((one for one in reversed(moves.planes) if one.before <= rows[0]), None)
+    if plane is None or not plane.word:
+        return ""
+    return f"correct the angles of {plane.word} in line {plane.line} first: line {number} turns the table to this plane"
 
 
 def _find_giving_row(moves: Moves, row: int, *axes: int) -> int:

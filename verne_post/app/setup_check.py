@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.arc_check import check_arcs
-from verne_post.app.axis_check import check_axes
+from verne_post.app.axis_check import check_angles, check_axes
 from verne_post.app.height_check import check_heights
 from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
@@ -28,7 +28,12 @@ from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.gcode.machining.watcher import find_plane_tilt, report_kept_planes, report_left_planes
+from verne_post.gcode.machining.watcher import (
+    find_plane_tilt,
+    report_kept_planes,
+    report_left_planes,
+    report_plane_at_end,
+)
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.codes import IF_DIRECTIONS_ARE_MEANT
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
@@ -138,8 +143,10 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
         *check_senses(moves, machine.coordinates),
         *check_arcs(moves, from_move),
         *check_axes(moves, from_move),
+        *check_angles(moves, from_move),
         *check_heights(moves, from_move),
     ]
+    found += report_plane_at_end(moves, found)
     return [*(make_finding("VP505", text) for text in texts), *found]
 
 

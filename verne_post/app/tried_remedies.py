@@ -13,12 +13,13 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_line, check_program, guard_joints
-from verne_post.app.contact_remedies import TRIED_ELEMENTS, propose_heights
+from verne_post.app.contact_remedies import TRIED_ELEMENTS, find_shallow_depth, propose_heights
 from verne_post.app.explain_numbers import format_list, format_number
 from verne_post.app.line_remedies import (
     CONTACTS,
     Line,
     Trial,
+    describe_plane,
     is_carried_along,
     propose_depth,
     propose_ends,
@@ -31,6 +32,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import (
     add_angle,
     change_number,
+    find_coordinate,
     find_machine_code,
     find_word,
     find_word_of,
@@ -39,6 +41,7 @@ from verne_post.base.program_lines import (
     read_number,
 )
 from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import is_in_inches, read_as_mm
 from verne_post.kinematics.checks.remedies import (
@@ -51,7 +54,7 @@ from verne_post.kinematics.checks.remedies import (
     select_line,
 )
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, InputError, Remedy, has_line, join_lines, make_finding
+from verne_post.model.findings import NOT_TRIED, Finding, InputError, Remedy, has_line, join_lines, make_finding
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
@@ -82,6 +85,13 @@ _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "VP301": ("--allow-rewind", {"allow_rewind": True}),
     "VP217": ("--correct-axis", {"correct_axis": True}),
 }
+#: What a hole that is too deep breaks: the travel of a joint, the table, fixtures, stock.
+_OF_DEPTH: Final = ("VP101", "VP210", "VP215", "VP216")
+#: A number of a letter with a point or a comma (1), of words and of CL files.
+_POINTED_WORD: Final = r"(?<![A-Z_$]){}[ \t]*=?[ \t]*[-+]?\d*(\.|,(?=\d))"
+_POINTED: Final = {"aptcl": r"(?<=\d)(\.)(?=\d)"}
+#: A number that has lost its point is so many times as far from the numbers beside it.
+_TIMES_NEARER: Final = 100.0
 #: So many places of a lost point are tried, each as long as a check.
 _POINTS_TRIED: Final = 3
 #: An edit that lets a rotary axis turn so far within a feed line, rad, which turned less, is no remedy.
@@ -111,8 +121,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     is_short = len(program.contour) <= TRIED_ELEMENTS
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
     meant = find_meant_motion(source, program, findings)
-    if is_short and meant is None:
-        meant = _find_flipped_axis(source, program, errors)
+    if meant is None:
+        meant = find_flipped_axis(source, program, errors)
     can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
     before = [] if meant is None else list_errors_before(program, errors, meant)
     in_inches = _find_mistaken_unit(source, program, errors)
@@ -126,7 +136,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     word = None
     if is_short and meant is None:
         word = _find_forgotten_g91(source, program, errors) or _find_lost_point(source, program, errors)
-        word = word or _find_word(source, program, joints, errors)
+        word = word or _find_shallow_depth(source, program, errors) or _find_word(source, program, joints, errors)
     if can_help:  # a sign explains a part under the table better than a word of the program does
         word = _find_slip_of_setup(source, program, movable, is_far=offset is None and word is None) or word
     chosen: dict[object, Finding] = {}
@@ -154,6 +164,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
                 tried = (cure, *(one for one in tried if one not in (offset, nothing)))
             elif word is not None:
                 tried = (word, *(one for one in tried if one != nothing))
+            text = (take_line(source, item.line or 0) or b"").decode("utf-8", errors="replace")
+            if item.code in ROTARY_CODES and (plane := describe_plane(program.moves, item.line or 0, text)):
+                tried = (Remedy(f"{NOT_TRIED}{plane}"), *tried)
             edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
@@ -452,14 +465,15 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
     return None
 
 
-def _find_flipped_axis(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+def find_flipped_axis(source: Text, program: Program, findings: Sequence[Finding]) -> Remedy | None:
     """The tool axis of the first line of errors with the sign of one component that it may have lost; checked with it.
 
     It leads away from the axis before by more than a right angle, and with the other sign by less than 60 degrees.
     """
-    moves, number = program.moves, min(item.line or 0 for item in errors)
+    errors = _list_errors(findings)
+    moves, number = program.moves, min((item.line or 0 for item in errors), default=0)
     own = np.flatnonzero(moves.line == number)
-    if not len(own) or not np.isfinite(moves.tool_axis[own[-1]]).all():
+    if len(program.contour) > TRIED_ELEMENTS or not len(own) or not np.isfinite(moves.tool_axis[own[-1]]).all():
         return None
     axis, before = moves.tool_axis[own[-1]], _find_axis(program, int(own[0]) - 1)
     lines = bytes(source).split(b"\n")
@@ -493,43 +507,67 @@ def _find_axis(program: Program, row: int) -> Array:
     return np.array([0.0, 0.0, 1.0]) if axis is None else axis
 
 
+def _find_shallow_depth(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+    """The depth of the cycle of the first line of errors, with its point one place to the left; checked with it."""
+    number = min(item.line or 0 for item in errors)
+    excess = [find_excess(item) for item in errors if item.code in _OF_DEPTH]
+    if not excess or not np.isfinite(max(excess)):
+        return None
+    setup = build_interpreter_setup(program.machine, program.options)
+    scale = MM_PER_INCH if is_in_inches(source, setup, number) else 1.0
+    found = find_shallow_depth(source, program, number, max(excess) / scale)
+    return found[1] if found is not None and _is_right_with(found[0], program) else None
+
+
 def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
     """X, Y or Z of the first line of errors with the decimal point that it may have lost; checked with it.
 
-    With the point it is between the numbers of this letter before and behind it, and others of it have one.
+    With the point it is between the numbers of this letter before and behind it, or a hundred times as near to them,
+    and others of it have one. In a CL file X, Y and Z are the numbers of GOTO.
     """
+    language = program.moves.language
     number = min(item.line or 0 for item in errors)
     lines = bytes(source).split(b"\n")
     text = lines[number - 1].decode("utf-8", errors="replace")
     left = _POINTS_TRIED
     for letter in "XYZ":
-        word = find_word(text, letter)
+        word = find_coordinate(text, letter, language)
         digits = "" if word is None else word[2].lstrip("+-")
         if word is None or len(digits) < len("10") or not digits.isdecimal():
             continue
-        others = re.search(
-            rf"(?<![A-Z_$]){letter}[ \t]*=?[ \t]*[-+]?\d*(\.|,(?=\d))".encode(), source[:], re.IGNORECASE
-        )
+        others = re.search(_POINTED.get(language, _POINTED_WORD.format(letter)).encode(), source[:], re.IGNORECASE)
         if others is None:
             continue
-        around = (_find_nearest(one, letter) for one in (reversed(lines[: number - 1]), lines[number:]))
+        around = (_find_nearest(one, letter, language) for one in (reversed(lines[: number - 1]), lines[number:]))
         beside = [one for one in around if one is not None]
         sign = word[2].removesuffix(digits)
-        for at in range(len(digits) - 1, 0, -1):
-            value = f"{sign}{digits[:at]}{others[1].decode()}{digits[at:]}".removeprefix("+")
-            if not left or len(beside) != 2 or not min(beside) <= read_number(value) <= max(beside):
-                continue
+        if len(beside) != 2:
+            continue
+        point = others[1].decode()
+        values = [f"{sign}{digits[:at] or '0'}{point}{digits[at:]}".removeprefix("+") for at in range(len(digits))]
+        for value in _list_beside(values[::-1], read_number(word[2]), beside)[:left]:
             left -= 1
             changed = change_number(text, word, value).encode()
             if _is_right_with(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program):
-                said = f"{letter}{value} may be meant in line {number}, its point is missing: within limits with it"
+                name = f"{letter.lower()} " if language == "aptcl" else letter
+                said = f"{name}{value} may be meant in line {number}, its point is missing: within limits with it"
+                if language == "aptcl":
+                    return Remedy(said, word[1] + value, line=number, misspelt=word[0], is_choice=True)
                 return Remedy(said, value, line=number, word=(letter, float(word[2])), is_choice=True)
     return None
 
 
-def _find_nearest(lines: Iterable[bytes], letter: str) -> float | None:
+def _list_beside(values: Sequence[str], now: float, beside: Sequence[float]) -> list[str]:
+    """Those of some numbers that are between the two beside them; else those far nearer to these than ``now`` is."""
+    between = [one for one in values[:-1] if min(beside) <= read_number(one) <= max(beside)]
+    middle = sum(beside) / len(beside)
+    far = {one: abs(read_number(one) - middle) for one in values}
+    return between or sorted((one for one in far if far[one] * _TIMES_NEARER <= abs(now - middle)), key=far.__getitem__)
+
+
+def _find_nearest(lines: Iterable[bytes], letter: str, language: str) -> float | None:
     """The number of a letter in the first of some lines that has it."""
-    words = (find_word(one.decode("utf-8", errors="replace"), letter) for one in lines)
+    words = (find_coordinate(one.decode("utf-8", errors="replace"), letter, language) for one in lines)
     return next((read_number(one[2]) for one in words if one is not None), None)
 
 

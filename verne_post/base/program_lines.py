@@ -76,6 +76,14 @@ def find_word(line: str, letter: str) -> re.Match[str] | None:
     return found[0] if len(found) == 1 else None
 
 
+def find_coordinate(line: str, letter: str, language: str) -> re.Match[str] | None:
+    """The same for X, Y or Z, which in a CL file are the numbers (2) of GOTO."""
+    if language != "aptcl":
+        return find_word(line, letter)
+    before = f"(?:[ \\t]*+{_NUMBER}[ \\t]*+,){{{'XYZ'.index(letter)}}}"
+    return re.search(rf"(GOTO[ \t]*+/{before}[ \t]*+)({_NUMBER})", line, re.IGNORECASE)
+
+
 def _list_words(line: str, letter: str) -> list[re.Match[str]]:
     pattern = rf"(?<![A-Za-z_])({letter}[ \t]*=?[ \t]*)([-+]?{_DIGITS})"
     return list(re.finditer(pattern, remove_remarks(line), re.IGNORECASE))

@@ -172,7 +172,21 @@ def make_setup(
         draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.needs_length, draft.split, tapping, numbers
     )
     text = write_setup(name, asked, remarks, dialect, machine.coordinates.zero_point, idle)
-    return text, list_missing(draft.missing), draft.others, said
+    doubts = _list_doubts(source, draft, options)
+    head, rest = text.split("\n", 1)
+    text = "\n".join([head, *(f"# {make_printable(doubt)}" for doubt in doubts), rest])
+    return text, list_missing(draft.missing), draft.others, said + _name_doubts(doubts)
+
+
+def _list_doubts(source: "Text", draft: "SetupDraft", options: "Options") -> list[str]:
+    """What ``check`` warns of: diameters that are not those of the program's remarks."""
+    from verne_post.app.diameter_check import check_diameters
+
+    return [] if draft.moves is None else [item.message for item in check_diameters(source, draft.moves, options)]
+
+
+def _name_doubts(doubts: "Collection[str]") -> str:
+    return "".join(f"in doubt: {make_printable(doubt)}; " for doubt in doubts)
 
 
 def _list_given_numbers(options: "Options") -> dict[str, int]:
@@ -243,4 +257,5 @@ def _extend_setup(
     said = "".join(f"{what}: {', '.join(map(show_key, keys))}; " for what, keys in changes if keys) + said
     if extended.tool_file and (missing["length"] or missing["diameter"]):
         said += f"its tools are in {make_printable(extended.tool_file)}; "
+    said += _name_doubts(_list_doubts(source, draft, options))
     return extended.text, list_missing(missing), draft.others, said

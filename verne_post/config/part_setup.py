@@ -67,7 +67,7 @@ def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Too
         if not 0 <= diameter <= MAX_TOOL:
             raise _make_error(f"{where}: diameter_mm {diameter:g}: a diameter lies between 0 and {MAX_TOOL:g} mm")
         offset = (*old.offset[:2], length, *old.offset[3:])
-        table[old.number] = replace(old, offset=offset, diameter=diameter, unmeasured="")
+        table[old.number] = replace(old, offset=offset, diameter=diameter, unmeasured="", row="")
     return table
 
 

@@ -60,7 +60,7 @@ _ARC_LAYOUT: dict[str, tuple[Any, ...]] = {
 _KEPT_ROWS = 50_000
 
 #: What ends a tilted plane, as messages call it -> as it is written; the table stays.
-_ENDS_OF_PLANES: Final = {"G69": "G69", "CYCLE800()": "CYCLE800()", "PLANE RESET": "PLANE RESET STAY"}
+ENDS_OF_PLANES: Final = {"G69": "G69", "CYCLE800()": "CYCLE800()", "PLANE RESET": "PLANE RESET STAY"}
 
 
 class Modes(Protocol):
@@ -322,7 +322,7 @@ class Recorder(Struct):
             return ()
         turn = Remedy("write G53.1", "G53.1", line=plane.own_line, word=("G", 68.2), way="below")
         edits = (turn,) if plane.word == "G68.2" else ()
-        end = _ENDS_OF_PLANES.get(plane.end)
+        end = ENDS_OF_PLANES.get(plane.end)
         return (
             (*edits, *write_before(end, line=self.left_plane, turns=True))
             if end and self.count - plane.before > 1

@@ -72,4 +72,11 @@ def _read_line(raw: str, number: int, where: str) -> Tool | None:
             raise block.error("VP019", f"D{value:g}: expected a diameter from 0 to {MAX_TOOL:g}", letter)
     offset: Vector9 = tuple(block.words.get(axis, 0.0) for axis in AXES)  # type: ignore[assignment]
     without_length = "" if "Z" in block.words else where
-    return Tool(int(block.words["T"]), int(block.words.get("P", 0)), offset, block.words.get("D", 0.0), without_length)
+    return Tool(
+        int(block.words["T"]),
+        int(block.words.get("P", 0)),
+        offset,
+        block.words.get("D", 0.0),
+        without_length,
+        row=where,
+    )

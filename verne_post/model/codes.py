@@ -236,9 +236,11 @@ CODES: Final[dict[str, Code]] = _make_table(
      "to cut a slanted face with an upright tool."),
     ("VP043", "plane, M128 or modal cycle not ended", "warning",
      "A tilted plane (G68.2, CYCLE800, PLANE, cycle 19) was not ended before the tool was changed, and the next "
-     "tool cuts in it. Or it was not ended before G49, and an upright tool cuts in it after that. In Klartext, M128 "
-     "was not ended before TOOL CALL, M91 or M92. Or MCALL, M89 or a canned cycle still drills after a change of "
-     "tools, in another plane than that of its hole before, at the end of the program, or where Z goes up alone.",
+     "tool cuts in it. Or it was not ended before G49, and an upright tool cuts in it after that. Or the program "
+     "ends in it: a Heidenhain or Siemens control keeps it for the next program, a Fanuc control keeps it if a "
+     "parameter says so. In Klartext, M128 was not ended before TOOL CALL, M91 or M92. Or MCALL, M89 or a canned cycle "
+     "still drills after a change of tools, in another plane than that of its hole before, at the end of the program, "
+     "or where Z goes up alone.",
      "End the plane before that: G69, CYCLE800(), PLANE RESET; M128: M129; MCALL: MCALL alone; M89: M99 at the last "
      "place; canned cycles: G80. No action is needed if both tools are to cut in the same plane."),
     ("VP044", "tool axis without all of its components", "warning",

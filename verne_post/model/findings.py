@@ -133,7 +133,7 @@ class Finding:
     quantity : str
         What ``value`` is, or which value of a tool is meant: "length", "diameter", "vertical drop of a rod (rho1)".
         Empty where it is the position of ``axis``, or nothing is measured. VP301 has "branch of the words",
-        VP043 the kind of word of its line: "plane", "change of tools", "G49".
+        VP043 the kind of word of its line: "plane", "change of tools", "G49", "end".
     contact : three float, or None
         Tip in the table frame, mm, where the contact with the stock (VP216) begins in ``line``.
     advice : str or None

@@ -97,6 +97,8 @@ class Tool:
         Source that names the tool without a length: file and line of a table, or line of the program; else empty.
     key : str
         Where the set-up of the one program gives the tool; empty for those of other tables.
+    row : str
+        File and line of the table that gives the tool; empty for others.
 
     Raises
     ------
@@ -110,6 +112,7 @@ class Tool:
     diameter: float = 0.0
     unmeasured: str = ""
     key: str = field(default="", compare=False)
+    row: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         """Refuse a length in place of the offsets here, where it is written, and not where the tool is used."""

@@ -167,15 +167,13 @@ class Tools:
         check_measured(state.tools[number], self.setup, state, at.columns.get("H"))
         if number in self._writers:
             self.report_other_sizes(at.line, state.tools[number], self._writers[number], holds=True)
-        offset = state.tools[number].offset
+        offset, row = state.tools[number].offset, state.tools[number].row
+        name = f"{row}: {self._describe(number)}" if row else self._describe(number)
         if self.setup.machine and offset[2] < 0:
-            raise ProgramError(
-                "VP007", f"{self._describe(number)} has the length {offset[2]:g} mm; a length is not negative"
-            )
+            raise ProgramError("VP007", f"{name} has the length {offset[2]:g} mm; a length is not negative")
         if self.setup.machine and any(offset[:2] + offset[3:]):
-            raise ProgramError(
-                "VP007", f"{self._describe(number)} has offsets other than a length (Z), which this machine cannot use"
-            )
+            text = f"{name} has offsets other than a length (Z), which this machine cannot use"
+            raise ProgramError("VP007", text)
         return offset
 
     def _report_unused_length(self, at: At, number: int) -> None:

@@ -1,7 +1,7 @@
 """VP043: what a program has begun and not ended, found in force where the programs of controls have ended it before."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace as replace_fields
 from typing import Final
 
@@ -16,19 +16,23 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.base.tolerances import DRILL_TILT, ZERO_ANGLE
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.program_error import ProgramError, write_before
+from verne_post.gcode.recorder import ENDS_OF_PLANES, Recorder
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import Frame, MoveKind, Moves, PlaneCall, list_tool_changes
 from verne_post.model.protocols import Coordinates
 
 #: The kinds of words at which a VP043 stands, by its quantity.
-_PLANE, _CHANGE, _G49 = "plane", "change of tools", "G49"
+_PLANE, _CHANGE, _G49, _END = "plane", "change of tools", "G49", "end"
 _WORDS: Final = {
     _PLANE: (r"(?<![A-Z_\d])(?:G6[89](?:\.\d)?|CYCLE800|PLANE|CYCL[ \t]+DEF[ \t]+19(?:\.\d)?)(?![\w.])",),
     _CHANGE: (r"(?<![A-Z_\d])(?:M0*6|TOOL[ \t]+CALL)(?![\w.])", r"(?<![A-Z_\d])T[ \t]*[=\d\"]"),
     _G49: (r"(?<![A-Z_\d])G49(?![\w.])",),
+    _END: (r"(?<![A-Z_\d])M0*(?:2|30)(?![\w.])", r"END[ \t]+PGM"),
 }
+#: What becomes of a plane after the end of a program, by languages; in the others a parameter of the control decides.
+_CONSEQUENCES: Final = dict.fromkeys(("siemens", "heidenhain"), "controls keep it for the next program")
+_BY_PARAMETER: Final = "controls keep it for the next program if a parameter says so"
 _CUTS: Final = (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE)
 
 
@@ -156,6 +160,37 @@ def report_left_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Findi
             f"table place and the tool is not normal to the plane; write {plane.end} before if it is over"
         )
         yield make_finding("VP043", text, line=line, last_line=line, worst_line=line)
+
+
+def report_plane_at_end(moves: Moves, others: Sequence[Finding]) -> Iterator[Finding]:
+    """VP043: a program ends in a turned plane that controls keep, and none of the ``others`` names that plane.
+
+    Without M2 or M30 the text may be called by another one, for the plane: then it counts only if it cuts in it.
+    """
+    end = next((one for one in reversed(moves.events) if one.kind == "end"), None)
+    plane = moves.planes[-1] if moves.planes else None
+    if end is None or plane is None or not plane.word or end.data["code"] == "M17":
+        return
+    frames = np.unique(moves.frame[plane.before :]).tolist()
+    if not any(_is_turned(moves.frames[frame]) for frame in frames):
+        return  # angles of 0 end a plane too
+    code, name = str(end.data["code"]), f"the plane of {plane.word} in line {plane.line}"
+    if code not in ("M2", "M30") and _find_first_cut(moves, plane.before, len(moves)) < 0:
+        return
+    if any(name in item.message for item in others):
+        return
+    consequence = _CONSEQUENCES.get(moves.language, _BY_PARAMETER)
+    text = f"{name} is still in force at {'the end' if code == '%' else code}: {consequence}; write {plane.end} before"
+    words = ENDS_OF_PLANES.get(plane.end)
+    edits = () if words is None else write_before(words, line=end.line)
+    where = {"line": end.line, "last_line": end.line, "worst_line": end.line, "quantity": _END}
+    yield make_finding("VP043", text, edits=edits, **where)
+
+
+def _is_turned(frame: Frame) -> bool:
+    """Whether the program asks for a plane that is turned, also about Z alone."""
+    feature = frame.feature
+    return feature is not None and feature.is_programmed and not np.allclose(feature.rotation, np.eye(3).ravel())
 
 
 def _find_turned_cut(moves: Moves, first: int, last: int) -> int:

@@ -21,7 +21,6 @@ from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
 from verne_post.gcode.text import ProgramText, decode_line
 from verne_post.model.findings import Remedy
 
-MAX_ARGUMENTS: Final = 30
 GIVE_NUMBER: Final = "Give each program another number."
 #: Programs from this number on are protected on Fanuc and Haas controls: macros of the builder, and of probes.
 FIRST_BUILDER_MACRO: Final = 9000
@@ -187,13 +186,15 @@ class Flow:
     def _execute_call(self, o: OWord, line: int) -> None:
         label = o.resolve_label()
         arguments = o.read_arguments()
-        if len(arguments) > MAX_ARGUMENTS:
+        if len(arguments) > len(LOCAL_INDICES):
             raise ProgramError(
-                "VP023", f"o{label} call with {len(arguments)} arguments; there are at most {MAX_ARGUMENTS}"
+                "VP023", f"o{label} call with {len(arguments)} arguments; there are at most {len(LOCAL_INDICES)}"
             )
         text, (begin, _end) = self._find_sub(label)
         store = self.interpreter.state.store
+        own_line = self.interpreter.recorder.lines.find_own(line)
         frame = self.enter(text, begin + 1, line, label)
+        frame.n_values, frame.line = len(arguments), own_line
         frame.arguments = {index: store.numbered_values.get(index, 0.0) for index in LOCAL_INDICES}
         for index in LOCAL_INDICES:
             store.numbered_values[index] = arguments[index - 1] if index <= len(arguments) else 0.0

@@ -6,6 +6,7 @@ from msgspec import Struct, field
 
 from verne_post.base.suggestions import list_near_numbers, name_numbers
 from verne_post.gcode.calls import CallStack
+from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_LABEL, ProgramError, locate_errors
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_text import Loops, Statement, find_block_numbers, find_loops, find_numbered_lines
@@ -25,6 +26,9 @@ class Frame(Struct):
     begin: int = 0
     remaining: int = 0
     arguments: dict[int, float] = field(default_factory=dict)
+    #: Of a call of an O word: how many values it gives, and its line, as called files count theirs.
+    n_values: int = len(LOCAL_INDICES)
+    line: int = 0
     counters: dict[int, int] = field(default_factory=dict)
     #: Of a macro of Fanuc: the local variables of the program that has called it, and its own call.
     outer: dict[int, float] | None = None

@@ -181,7 +181,7 @@ class OffsetCodes:
                 raise block.error("VP006", f"G10 L{kind} uses {letter} only on a lathe", letter)
         without_length = "" if _Z in values else old.unmeasured
         return dataclasses.replace(
-            old, number=number, offset=make_vector9(offset), diameter=diameter, unmeasured=without_length
+            old, number=number, offset=make_vector9(offset), diameter=diameter, unmeasured=without_length, row=""
         )
 
     def execute_g92(self, block: Block, code: int) -> None:

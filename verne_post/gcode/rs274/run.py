@@ -12,6 +12,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.execution import FATAL, OF_TEXT, Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_number, correct_word, execute_as_meant, shift_back
+from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
 from verne_post.gcode.program_error import ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
@@ -26,6 +27,9 @@ from verne_post.model.findings import CalledPlace, Finding, Remedy
 
 #: Numbers in a message.
 _VALUES: Final = re.compile(r"-?\d+(?:\.\d+)?")
+#: An F word with an expression or a parameter, or a number; and numbers of parameters.
+_FEED: Final = re.compile(r"(?<![A-Z_<#])F[ \t]*+(\[.*|[-+]?[ \t]*+#[ \t]*+\d+|[-+.\d]+)", re.IGNORECASE)
+_PARAMETER: Final = re.compile(r"#[ \t]*+(\d+)")
 #: A plane that is not where it is to have ended.
 _OF_PLANE: Final = re.compile(r"write G69 first")
 
@@ -158,6 +162,7 @@ class _BlockRun:
                     errors = self._name_cause(errors, chunk.read_raw(row), line)
         except ProgramError as error:
             _find_column(error, chunk.read_raw(row))
+            self._name_missing_value(error, text, line)
             raise
         finally:
             if len(warnings) > first:
@@ -170,7 +175,10 @@ class _BlockRun:
         for found in errors:
             _find_column(found, chunk.read_raw(row))
         flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
-        errors = self._drop_following(errors, text, line, is_lost=is_lost) if errors else errors
+        if errors:
+            errors = self._drop_following(errors, text, line, is_lost=is_lost)
+            for found in errors:
+                self._name_missing_value(found, text, line)
         self._has_unknown_code = any(error.code == "VP002" for error in errors)
         self._is_unread = self._has_unknown_code or any(error.code == "VP001" for error in errors)
         return errors
@@ -190,6 +198,31 @@ class _BlockRun:
                 recovery.pass_unread(text, line)
                 return [number.error, *(one for one in errors if one not in own and one.code not in OF_WORDS)]
         return errors
+
+    def _name_missing_value(self, error: ProgramError, text: ProgramText, line: int) -> None:
+        """A feed rate of zero that is a value which the call of an O word does not give stands at the call, once."""
+        frame = self.calls.frame
+        if error.code != "VP009":
+            return
+        for at in range(line, frame.begin - 1, -1):
+            code = remove_remarks(decode_line(text.read_line(at)))
+            if (feed := _FEED.search(code)) is None:
+                continue
+            numbers = [int(one) for one in _PARAMETER.findall(feed[1])]
+            if re.search(r"[-+]", feed[1]):
+                return  # a sum may be another one than 0
+            lacking = [one for one in numbers if one > frame.n_values and one in LOCAL_INDICES]
+            body = "\n".join(decode_line(text.read_line(one)) for one in range(frame.begin, at))
+            if lacking and not any(re.search(rf"#[ \t]*{one}[ \t]*=", body) for one in lacking):
+                number, own_line = lacking[0], self.flow.interpreter.recorder.lines.find_own(at)
+                given = f"{frame.n_values or 'no'} value{'s' * (frame.n_values != 1)}"
+                error.message = (
+                    f"o{frame.label} call gives {given}, and F of line {own_line} is #{number}, which is 0 then; give "
+                    f"#{number} too"
+                )
+                error.line, error.column, error.of_program, error.of_value = frame.line, None, True, True
+                error.cause = f"#{number} of line {frame.line}"
+            return
 
     def _drop_following(
         self, errors: list[ProgramError], text: ProgramText, line: int, *, is_lost: bool

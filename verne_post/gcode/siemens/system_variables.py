@@ -170,7 +170,7 @@ class SystemVariables:
         tools = self.to.core.tools
         tool = tools.find_tool(number, f"{name} without $TC_DP3")
         if what == "length":
-            tool = dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]), unmeasured="")
+            tool = dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]), unmeasured="", row="")
         else:
             tool = dataclasses.replace(tool, diameter=2.0 * value)
         tools.define_for_next_call(tool, name)
