@@ -7,7 +7,7 @@ raise is put into the names of Python here, by the one table of options.
 import dataclasses
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial, wraps
 from typing import Any, Final, ParamSpec, TypeVar, get_args
 
@@ -155,23 +155,33 @@ def _list_words(name: str) -> tuple[Any, ...]:
 
 def _name_within(thing: Any) -> Any:
     """A finding or a result whose texts name options as Python has them."""
-    change = dataclasses.replace if dataclasses.is_dataclass(thing) else structs.replace
+    is_plain = dataclasses.is_dataclass(thing)
+    names = [one.name for one in dataclasses.fields(thing)] if is_plain else thing.__struct_fields__
     changed: dict[str, Any] = {}
-    for key in ("message", "text", "working"):
-        if text := getattr(thing, key, ""):
-            changed[key] = name_in_python(text)
-    for key in ("remedies", "notes"):
-        if texts := getattr(thing, key, ()):
-            changed[key] = tuple(map(name_in_python, texts))
-    for key in ("findings", "edits"):
-        if parts := getattr(thing, key, ()):
-            changed[key] = type(parts)(map(_name_within, parts))
-    for key in ("summary", "part", "verification"):
-        if (part := getattr(thing, key, None)) is not None:
-            changed[key] = _name_within(part)
-    if hasattr(thing, "describe"):
-        changed["describe"] = partial(_describe_in_python, thing.describe)
-    return change(thing, **changed) if changed else thing
+    for key in names:  # to ask for others would look for what is meant by them
+        if key in _WITH_TEXTS and (value := getattr(thing, key)) is not None:
+            changed[key] = _WITH_TEXTS[key](value)
+    if not changed:
+        return thing
+    return dataclasses.replace(thing, **changed) if is_plain else structs.replace(thing, **changed)
+
+
+def _name_within_each(things: Any) -> Any:
+    return type(things)(map(_name_within, things))
+
+
+def _name_in_each(texts: Iterable[str]) -> tuple[str, ...]:
+    return tuple(map(name_in_python, texts))
+
+
+#: Fields with texts that name options, and what writes them as Python has them.
+_WITH_TEXTS: Final[Mapping[str, Callable[[Any], Any]]] = {
+    **dict.fromkeys(("message", "text", "working"), name_in_python),
+    **dict.fromkeys(("remedies", "notes"), _name_in_each),
+    **dict.fromkeys(("findings", "edits"), _name_within_each),
+    **dict.fromkeys(("summary", "part", "verification"), _name_within),
+    "describe": lambda describe: partial(_describe_in_python, describe),
+}
 
 
 def _describe_in_python(describe: Callable[[Any], str], summary: Any) -> str:
