@@ -456,6 +456,8 @@ def test_bad_programs_are_results() -> None:
 def test_results_print_as_tables() -> None:
     result = vp.convert(POCKET, "verne", OPTIONS)
     assert "can run" in repr(result)
+    for text in (str(result), repr(result), result._repr_html_(), repr(api.Batch((api.BatchRow(Path("a"), result),)))):
+        assert re.search("NOT CHECKED.{1,60}contact with fixtures", text)
     assert result.setpoints is not None
     lines = repr(result.setpoints).splitlines()
     assert lines[0].split()[0] == "t_s"
@@ -487,7 +489,7 @@ def test_a_printed_result_is_a_few_lines(part: Path) -> None:
     assert good.summary.time_s == good.summary.cycle_time > 0
     first, *rest = str(good).splitlines()
     assert first == f"{part}: can run on VERNE, {good.summary.time_s:.3f} s"
-    assert len(rest) == len(good.findings) < 3
+    assert len(rest) == 1 + len(good.findings) < 3
     source = "G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X\nX1O\nG999\nG2 X5\nM2\n"
     bad = vp.check(source, "verne", vp.Options(tool_length=80))
     assert len(bad.findings) > 3
