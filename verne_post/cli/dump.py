@@ -23,7 +23,8 @@ def command(stage: str, input_name: str, **given: Any) -> int:
     """Print the moves, path or poses of a program as JSON lines.
 
     \b
-    moves   what an interpreter reports: program coordinates, no machine
+    moves   program coordinates; of a plain interpreter, or with --machine
+            as on that machine
     poses   tool tip and axis in the work frame
     joints  joint values, tilt of the platform, margins to every limit
 
@@ -31,7 +32,7 @@ def command(stage: str, input_name: str, **given: Any) -> int:
     Example:
     verne-post dump joints part.nc
     """
-    from verne_post.app.assemble import assemble, view_moves_plainly
+    from verne_post.app.assemble import assemble, read_draft, view_moves_plainly
     from verne_post.model.findings import InputError
     from verne_post.output import dump
 
@@ -41,7 +42,11 @@ def command(stage: str, input_name: str, **given: Any) -> int:
     try:
         machine, source, options = read_program(files, input_name, given)
         if stage == "moves":
-            moves, errors = view_moves_plainly(source, options)
+            moves, errors = (
+                view_moves_plainly(source, options)
+                if given["machine_name"] is None
+                else (read_draft(source, machine, options).moves, ())
+            )
             sys.stdout.writelines(dump.dump_moves(moves))
             print_findings(name, (*moves.findings, *errors), source)
             return find_exit_status(errors)
