@@ -1053,6 +1053,17 @@ def test_a_file_of_another_kind_is_told_in_words_of_python(text: str, tmp_path: 
             call()
 
 
+def test_setpoints_in_place_of_the_program_are_named(tmp_path: Path) -> None:
+    """Every row was an error, in 4,731 characters."""
+    rows = tmp_path / "rows.csv"
+    rows.write_text("t_s,rho1_mm\n0,1\n" * 50, "utf-8")
+    said = f"{rows} is a setpoint file, not a program; give it to verify as setpoints"
+    with pytest.raises(vp.InputError) as caught:
+        vp.verify("M2\n", rows)
+    assert str(caught.value) == said
+    assert [item.full_message for item in vp.check(rows).findings] == [said]
+
+
 def test_the_stock_of_the_program_is_named_as_python_has_it() -> None:
     text = 'G54 G17 G90\nWORKPIECE(,,,"BOX",0,0,-20,80,0,0,50,50)\nG0 X0 Y0 Z20\nG1 X10 F600\nM30\n'
     summary = str(vp.check(text, "verne", OPTIONS.changed(dialect="siemens")).summary)

@@ -30,6 +30,7 @@ from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
@@ -665,6 +666,8 @@ def _read_program(
         raise UsageError("tool_length", why)
     text = _read(source, "source")
     path = Path(source) if isinstance(source, os.PathLike) else None
+    if text.startswith(b"t_s,"):
+        raise make_input_error("VP022", describe_kind(text[:], "a program", "this" if path is None else str(path)))
     chosen = lay_over_setup(chosen, path, setup, settings)
     if path is None:
         return text, chosen
