@@ -89,6 +89,11 @@ def describe_unchecked(texts: Sequence[str]) -> list[str]:
     return lines
 
 
+def list_unchecked(reports: Sequence[Report]) -> list[str]:
+    """What was not checked in the programs of reports."""
+    return describe_unchecked([report.unchecked for report in reports])
+
+
 def format_finding(program: str, item: Finding) -> str:
     """``FILE:LINE:`` and what :func:`describe` writes, ``FILE:LINE:COLUMN:`` where a character of the program is meant.
 
