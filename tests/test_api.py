@@ -766,6 +766,7 @@ def test_a_name_that_a_result_does_not_have_is_told() -> None:
         (result, "seconds", "Result has no attribute seconds; did you mean summary.cycle_time?"),
         (result, "setpoint", "Result has no attribute setpoint; did you mean setpoints?"),
         (result.summary, "time", "Summary has no attribute time; did you mean cycle_time?"),
+        (result.summary, "duration", "Summary has no attribute duration; did you mean cycle_time?"),
         (machine, "joints", "Machine has no attribute joints; did you mean columns?"),
         (machine, "qqqq", "Machine has no attribute qqqq"),
         (vp.Page("", ()), "htm", "Page has no attribute htm; did you mean html?"),

@@ -163,6 +163,14 @@ def test_usage_error_is_2(arguments: tuple[str, ...], run: Callable[..., Any]) -
     assert "Usage: verne-post" in answer.err
 
 
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [("check a --output-format markdwn", "markdown"), ("convert a --format cvs", "csv"), ("dump move a", "moves")],
+)
+def test_a_misspelt_choice_names_the_one_that_is_meant(words: str, meant: str, run: Callable[..., Any]) -> None:
+    assert f"; did you mean {meant}?" in run(*words.split()).err
+
+
 def test_solver_that_gives_up_is_3(good: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     from verne_post.trajectory import stop_to_stop
 

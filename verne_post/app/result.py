@@ -261,7 +261,8 @@ class Setpoints:
 
 
 @explain_names(
-    **dict.fromkeys(("time", "seconds", "cycle_time", "machining_time"), "summary.cycle_time"), rows="setpoints"
+    **dict.fromkeys(("time", "duration", "seconds", "cycle_time", "machining_time"), "summary.cycle_time"),
+    rows="setpoints",
 )
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:

@@ -24,6 +24,7 @@ from verne_post.cli.options import (
     INPUT,
     WRITING,
     GroupedCommand,
+    NameChoice,
     add_options,
     add_program_options,
     build_options,
@@ -83,7 +84,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",
-    type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github", "markdown"]),
+    type=NameChoice(["text", "json", "jsonl", "sarif", "junit", "github", "markdown"]),
     default="text",
     help="Format of the findings; default: text.",
 )
@@ -91,7 +92,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @add_report_files
 @click.option(
     "--fail-level",
-    type=click.Choice(["error", "warning"]),
+    type=NameChoice(["error", "warning"]),
     envvar="VERNE_POST_FAIL_LEVEL",
     help="Lowest severity that makes exit status 1; default: error.",
 )
