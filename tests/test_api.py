@@ -456,6 +456,8 @@ def test_bad_programs_are_results() -> None:
 def test_results_print_as_tables() -> None:
     result = vp.convert(POCKET, "verne", OPTIONS)
     assert "can run" in repr(result)
+    for text in (str(result), repr(result), result._repr_html_(), repr(api.Batch((api.BatchRow(Path("a"), result),)))):
+        assert re.search("NOT CHECKED.{1,60}contact with fixtures", text)
     assert result.setpoints is not None
     lines = repr(result.setpoints).splitlines()
     assert lines[0].split()[0] == "t_s"
@@ -487,7 +489,7 @@ def test_a_printed_result_is_a_few_lines(part: Path) -> None:
     assert good.summary.time_s == good.summary.cycle_time > 0
     first, *rest = str(good).splitlines()
     assert first == f"{part}: can run on VERNE, {good.summary.time_s:.3f} s"
-    assert len(rest) == len(good.findings) < 3
+    assert len(rest) == 1 + len(good.findings) < 3
     source = "G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X\nX1O\nG999\nG2 X5\nM2\n"
     bad = vp.check(source, "verne", vp.Options(tool_length=80))
     assert len(bad.findings) > 3
@@ -764,6 +766,7 @@ def test_a_name_that_a_result_does_not_have_is_told() -> None:
         (result, "seconds", "Result has no attribute seconds; did you mean summary.cycle_time?"),
         (result, "setpoint", "Result has no attribute setpoint; did you mean setpoints?"),
         (result.summary, "time", "Summary has no attribute time; did you mean cycle_time?"),
+        (result.summary, "duration", "Summary has no attribute duration; did you mean cycle_time?"),
         (machine, "joints", "Machine has no attribute joints; did you mean columns?"),
         (machine, "qqqq", "Machine has no attribute qqqq"),
         (vp.Page("", ()), "htm", "Page has no attribute htm; did you mean html?"),
@@ -1049,6 +1052,17 @@ def test_a_file_of_another_kind_is_told_in_words_of_python(text: str, tmp_path: 
     ):
         with pytest.raises(vp.InputError, match=re.escape(FILES_OF_OTHER_KINDS[text].format(kind))):
             call()
+
+
+def test_setpoints_in_place_of_the_program_are_named(tmp_path: Path) -> None:
+    """Every row was an error, in 4,731 characters."""
+    rows = tmp_path / "rows.csv"
+    rows.write_text("t_s,rho1_mm\n0,1\n" * 50, "utf-8")
+    said = f"{rows} is a setpoint file, not a program; give it to verify as setpoints"
+    with pytest.raises(vp.InputError) as caught:
+        vp.verify("M2\n", rows)
+    assert str(caught.value) == said
+    assert [item.full_message for item in vp.check(rows).findings] == [said]
 
 
 def test_the_stock_of_the_program_is_named_as_python_has_it() -> None:

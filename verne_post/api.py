@@ -30,6 +30,7 @@ from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
+from verne_post.base.file_kinds import describe_kind
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
@@ -47,7 +48,7 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
 from verne_post.output.batch_table import count_results, format_batch, make_batch_rows
-from verne_post.output.findings import format_finding, format_outcome
+from verne_post.output.findings import describe_unchecked, format_finding, format_outcome
 from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
 from verne_post.output.parts import name_part
@@ -475,11 +476,15 @@ class Batch(Struct, frozen=True):
     def __iter__(self) -> Iterator[BatchRow]:
         return iter(self.programs)
 
+    def _list_unchecked(self) -> list[str]:
+        return describe_unchecked([one.result.unchecked for one in self.programs])
+
     def __repr__(self) -> str:
-        return format_batch(self.programs).rstrip("\n")
+        return "\n".join([format_batch(self.programs).rstrip("\n"), *self._list_unchecked()])
 
     def _repr_html_(self) -> str:
-        return f"{format_html_table(make_batch_rows(self.programs))}<p>{html.escape(count_results(self.programs))}</p>"
+        said = [count_results(self.programs), *self._list_unchecked()]
+        return format_html_table(make_batch_rows(self.programs)) + "".join(f"<p>{html.escape(one)}</p>" for one in said)
 
 
 @translate_messages
@@ -661,6 +666,8 @@ def _read_program(
         raise UsageError("tool_length", why)
     text = _read(source, "source")
     path = Path(source) if isinstance(source, os.PathLike) else None
+    if text.startswith(b"t_s,"):
+        raise make_input_error("VP022", describe_kind(text[:], "a program", "this" if path is None else str(path)))
     chosen = lay_over_setup(chosen, path, setup, settings)
     if path is None:
         return text, chosen

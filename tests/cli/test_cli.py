@@ -163,6 +163,14 @@ def test_usage_error_is_2(arguments: tuple[str, ...], run: Callable[..., Any]) -
     assert "Usage: verne-post" in answer.err
 
 
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [("check a --output-format markdwn", "markdown"), ("convert a --format cvs", "csv"), ("dump move a", "moves")],
+)
+def test_a_misspelt_choice_names_the_one_that_is_meant(words: str, meant: str, run: Callable[..., Any]) -> None:
+    assert f"; did you mean {meant}?" in run(*words.split()).err
+
+
 def test_solver_that_gives_up_is_3(good: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     from verne_post.trajectory import stop_to_stop
 
@@ -978,6 +986,10 @@ def test_dump_moves_takes_axes_that_the_machine_lacks(run: Callable[..., Any], t
     assert json.loads(answer.out.splitlines()[0])["end"] == [1, 0, 0, 0, 5, 0, 2, 0, 0]
     assert run(file, *PLACE).code == 2
     assert run("check", file, *PLACE).code == 2
+    assert run("dump", "moves", file, *PLACE, "--machine", "verne").code == 2
+    file.write_text(HEAD + "G0 A30 C0 X1 Y0 Z20\nX2\nM2\n")
+    of_machine = run("dump", "moves", file, *PLACE, "--machine", "verne")
+    assert (of_machine.code, json.loads(of_machine.out.splitlines()[0])["end"][:4]) == (0, [1, 0, 20, 30])
 
 
 def test_dump_of_a_program_with_an_error_shows_what_comes_before(syntax: Path, run: Callable[..., Any]) -> None:

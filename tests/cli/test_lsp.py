@@ -1764,8 +1764,8 @@ def test_the_command_says_what_it_needs(run: Callable[..., Any], monkeypatch: py
     answer = run("lsp")
     assert answer.code == 2
     assert answer.err.strip().endswith(
-        "lsp needs pygls, which is not installed; install it with: pip install 'pygls>=2.1', or in a clone with "
-        'all of the extra: pip install ".[lsp]"'
+        "lsp needs pygls (extra lsp), which is not installed; install it with: pip install 'pygls>=2.1', or in a clone "
+        'with all of the extra: pip install ".[lsp]"'
     )
 
 

@@ -168,6 +168,16 @@ def test_without_a_machine_any_two_rotary_axes_end_a_tool_axis(view):
     assert [(item.code, item.line) for item in alone] == [("VP013", 8)]
 
 
+@pytest.mark.parametrize(("turn", "code"), [("G53.1", ""), ("G0 A30.", "VP013"), ("", "")])
+def test_a_length_after_the_turn_is_along_the_tool(view, turn, code):
+    """Y5 stayed not: a machine that had not turned its table was meant."""
+    text = f"%\nO1\nG68.2 X0. Y-25. Z0. I0. J30. K0.\n{turn}\nG0 X-15. Y5. Z60.\nG43 Z60. H1\nG1 X15. F900.\nM30\n%"
+    moves, findings = view(text, dialect="fanuc")
+    assert [item.code for item in findings] == [code] * bool(code)
+    if turn == "G53.1":
+        assert moves.end[-1, :3].tolist() == [15.0, 5.0, 60.0]
+
+
 @pytest.mark.parametrize("choice", ["", "turned", "rising"])
 @pytest.mark.parametrize(("i", "j", "k"), [(0, 20, 0), (0, -35, 50), (20, 0, 0), (30, 20, 0), (-40, 25, 70)])
 def test_planes_of_two_projected_angles(run, view, choice, i, j, k):

@@ -652,3 +652,4 @@ def test_read_moves_alone():
     moves = read_moves(b"/G0 X1\nG0 X2\nM2", block_delete=True)
     assert moves.end[:, 0].tolist() == [2.0]
     assert moves.start.tolist() == [0.0] * 9
+    assert read_moves(b"T1 M6\nG0 G43 H1 Z5\nM2", tools={1: (100, 8)}).frames[-1].tool_length == 100.0

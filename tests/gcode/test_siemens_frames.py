@@ -560,3 +560,12 @@ def test_incremental_values_after_a_change_of_offsets_need_a_key(view, program, 
 )
 def test_other_incremental_values_need_none(view, program):
     assert ends_of(view, program)[1] == []
+
+
+def test_a_length_after_the_turn_is_along_the_tool(view):
+    """Without a machine Y5 became Y-45."""
+    plane = 'CYCLE800(1,"TC",0,57,0,-25,0,30,0,0,0,0,0,1)'
+    text = f"T1 M6\nD0\n{plane}\nG0 X-15 Y5\nD1 Z60\nG1 X15 F900\nCYCLE800()\nM30\n"
+    moves, findings = view(text, dialect="siemens")
+    assert findings == ()
+    assert moves.end[-1, :3].tolist() == [15.0, 5.0, 60.0]

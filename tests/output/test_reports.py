@@ -168,22 +168,39 @@ def test_junit_counts_failures_and_errors(run: Callable[..., Any], files: list[s
     (suite,) = root
     cases = suite.findall("testcase")
     assert [(case.get("name"), [node.tag for node in case]) for case in cases] == [
-        ("good.nc", ["properties"]),
-        ("tilt.nc", ["failure"]),
-        ("two words.nc", ["error"]),
+        ("good.nc", ["properties", "system-out"]),
+        ("tilt.nc", ["properties", "failure", "system-out"]),
+        ("two words.nc", ["properties", "error"]),
     ]
     of_suite, of_case = (
         {one.get("name"): one.get("value") for one in element.findall("properties/property")}
         for element in (suite, cases[0])
     )
-    assert (of_suite["machine"], of_suite["version"]) == ("VERNE", verne_post.__version__)
+    assert of_suite == {"version": verne_post.__version__}
+    assert (of_case.pop("machine"), len(of_case.pop("machine_sha256") or "")) == ("VERNE", 64)
     wanted = json.loads(reported(run, files, "json"))["programs"][0]["summary"]["cycle_time_s"]
     assert of_case == {"machining_time_s": f"{wanted:.3f}"}
     for element in (root, suite):
         assert [element.get(key) for key in ("tests", "failures", "errors")] == ["3", "1", "1"]
-    error = cases[2][0]
+    error = cases[2][1]
     assert error.get("type") == "VP006"
     assert "  2 | G1 X3 Q5 F3000\n    |       ^" in (error.text or "")
+
+
+def test_every_format_says_what_was_not_checked_and_on_which_machine() -> None:
+    """A green table read as no collision."""
+    text, other = "contact with stock: no [stock] given", verne_post.load_machine("ac_trunnion")
+    reports = [Report("a.nc", (), 1.0, unchecked=text), Report("b.nc", (), 1.0, unchecked=text, machine=other)]
+    shown = {name: FORMATS[name](reports, verne_post.load_machine("verne")) for name in FORMATS if name != "jsonl"}
+    assert "\n\n**NOT CHECKED** in 2 programs: contact with stock: no \\[stock\\] given\n" in shown["markdown"]
+    assert shown["github"] == f"::notice title=verne-post::NOT CHECKED in 2 programs: {text}\n"
+    (invocation,) = json.loads(shown["sarif"])["runs"][0]["invocations"]
+    (note,) = invocation["toolExecutionNotifications"]
+    assert note == {"level": "note", "message": {"text": f"NOT CHECKED in 2 programs: {text}"}}
+    cases = list(ElementTree.fromstring(shown["junit"].encode()).iter("testcase"))
+    assert [case.findtext("system-out") for case in cases] == [f"NOT CHECKED: {text}"] * 2
+    machines = [case.find("properties/property[@name='machine']") for case in cases]
+    assert [one.get("value") for one in machines if one is not None] == ["VERNE", other.name]
 
 
 def test_warnings_do_not_fail_a_test_case() -> None:
@@ -312,10 +329,11 @@ def test_mistakes_of_files_stand_in_these_files_at_their_keys(two_programs: Path
     assert sum("VP505" in text for text in shown) == 1
     assert any(text.startswith("b.nc.toml:3:1: VP503 error: wsc: ") for text in shown)
     commands = run(*words, "--output-format", "github").out.splitlines()
-    assert [text.partition(",title")[0] for text in commands] == [
+    assert [text.partition("title")[0].rstrip(" ,") for text in commands] == [
         "::error file=b.nc.toml,line=3,col=1",
         f"::warning file=bad.toml,line={line},col=1",
         *["::notice file=a.nc", "::notice file=c.nc"],  # nothing was planned
+        "::notice",  # not checked
     ]
     results = json.loads(run(*words, "--output-format", "sarif").out)["runs"][0]["results"]
     places = [one["locations"][0]["physicalLocation"] for one in results if one["level"] != "note"]

@@ -283,7 +283,9 @@ def test_the_command_takes_two_programs_with_a_set_up_each(
     # no machine is drawn, so what draws machines is not needed
     with monkeypatch.context() as without:
         without.setattr("importlib.util.find_spec", lambda name: None)
-        assert "needs jupyter_threejs_sage" in run("report", "a.nc", "-o", "one.html").err
+        assert (
+            "report -o needs jupyter_threejs_sage (extra report), which" in run("report", "a.nc", "-o", "one.html").err
+        )
         assert run("report", "a.nc", "a.nc", "-o", "two.html", "-q").code == 0
     for words, message in (
         (("a.nc", "b.nc", "a.nc", "-o", "two.html"), "shows one program or compares two; 3 are given"),

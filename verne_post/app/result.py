@@ -30,6 +30,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import SEVERITIES, Verdict, find_exit_status, find_verdict
+from verne_post.output.findings import describe_unchecked
 from verne_post.output.fixed_point import format_rows
 
 if TYPE_CHECKING:
@@ -260,7 +261,8 @@ class Setpoints:
 
 
 @explain_names(
-    **dict.fromkeys(("time", "seconds", "cycle_time", "machining_time"), "summary.cycle_time"), rows="setpoints"
+    **dict.fromkeys(("time", "duration", "seconds", "cycle_time", "machining_time"), "summary.cycle_time"),
+    rows="setpoints",
 )
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
@@ -329,6 +331,7 @@ class Result:
         why = "" if first is None else f": {first.code}{where}: {first.full_message}"
         rows = [["verdict", f"{self.verdict.word}{why}"]]
         rows += [[key, name] for key, name in (("program", self.program), ("machine", self.machine)) if name]
+        rows += [["NOT CHECKED", self.unchecked]] if self.unchecked else []
         if self.summary is not None:
             rows += [
                 ["machining time", f"{self.summary.cycle_time:.3f} s"],
@@ -353,6 +356,7 @@ class Result:
         where = [f"on {self.machine}"] if self.machine else []
         seconds = f", {self.summary.cycle_time:.3f} s" if self.summary is not None else ""
         lines = [" ".join([f"{self.program}:"] * bool(self.program) + [self.verdict, *where]) + seconds]
+        lines += describe_unchecked([self.unchecked])
         worst = sorted(self.findings, key=lambda item: SEVERITIES.index(item.severity))
         lines += map(str, worst[:_SHOWN_FINDINGS])
         if len(worst) > _SHOWN_FINDINGS:

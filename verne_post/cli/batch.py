@@ -1,14 +1,14 @@
 """`verne-post batch`: many programs, each by itself."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.numbers import format_count, is_count
+from verne_post.base.numbers import is_count
 from verne_post.base.printable import format_json, make_printable
 from verne_post.cli.common import expect_options, load_machines, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
@@ -121,7 +121,7 @@ def command(
         _report_failure(files, report_files, github, Verdict.USAGE_ERROR, text, ())
         raise
     from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
-    from verne_post.output.findings import Report, drop_repeated
+    from verne_post.output.findings import Report, describe_unchecked, drop_repeated
 
     left_over = find_left_over(every)
     _claim(files, every, output, paths)
@@ -168,19 +168,13 @@ def command(
 
         print_as_is(REPORTS["github"](reports, machine))
     if not quiet:
-        echo("".join(_list_unchecked(outcomes)), nl=False, err=True)
+        unchecked = [one.unchecked for one in outcomes if one.status == ExitStatus.CLEAN]
+        echo("".join(f"{line}\n" for line in describe_unchecked(unchecked)), nl=False, err=True)
         echo(
             format_batch(outcomes, is_brief=True, machines={name: one.name for name, one in machines.items()}), nl=False
         )
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
     return find_gravest([outcome.status for outcome in outcomes])
-
-
-def _list_unchecked(outcomes: "Sequence[Outcome]") -> "Iterator[str]":
-    """A line for all programs of which the same was not checked, and that can run."""
-    unchecked = [one.unchecked for one in outcomes if one.unchecked and one.status == ExitStatus.CLEAN]
-    for text in dict.fromkeys(unchecked):
-        yield f"NOT CHECKED in {format_count(unchecked.count(text), 'program')}: {make_printable(text)}\n"
 
 
 def _report_failure(

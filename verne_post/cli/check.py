@@ -24,6 +24,7 @@ from verne_post.cli.options import (
     INPUT,
     WRITING,
     GroupedCommand,
+    NameChoice,
     add_options,
     add_program_options,
     build_options,
@@ -83,7 +84,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",
-    type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github", "markdown"]),
+    type=NameChoice(["text", "json", "jsonl", "sarif", "junit", "github", "markdown"]),
     default="text",
     help="Format of the findings; default: text.",
 )
@@ -91,7 +92,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @add_report_files
 @click.option(
     "--fail-level",
-    type=click.Choice(["error", "warning"]),
+    type=NameChoice(["error", "warning"]),
     envvar="VERNE_POST_FAIL_LEVEL",
     help="Lowest severity that makes exit status 1; default: error.",
 )
@@ -226,8 +227,8 @@ def _check_one(
     from verne_post.app.convert import check_source
     from verne_post.app.result import refuse_fault, refuse_program
     from verne_post.model.findings import InputError
-    from verne_post.output.findings import Report
-    from verne_post.output.summary import format_unchecked, list_remarks
+    from verne_post.output.findings import Report, describe_unchecked
+    from verne_post.output.summary import list_remarks
 
     shown, begin = show_name(name), time.perf_counter()
     source: Text = b""
@@ -246,10 +247,10 @@ def _check_one(
         except Exception as error:  # the others go on
             result = refuse_fault(error, shown)
     seconds = result.summary.cycle_time if result.summary else None
-    remarked = tuple(list_remarks(result.summary)) if result.summary else format_unchecked(result.unchecked)
+    remarked = list_remarks(result.summary) if result.summary else describe_unchecked([result.unchecked])
     elapsed, run = time.perf_counter() - begin, find_given_run(given)
     found = files.find_lines(result.findings)
-    return Report(shown, found, seconds, source, remarked, result.unchecked, elapsed_s=elapsed, run=run)
+    return Report(shown, found, seconds, source, tuple(remarked), result.unchecked, elapsed_s=elapsed, run=run)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

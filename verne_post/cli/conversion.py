@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from verne_post.base.extras import spell_install
 from verne_post.cli.files import RunFiles
+from verne_post.cli.options import NameChoice
 from verne_post.cli.temporary import make_temporary_folder
 from verne_post.output.formats import FORMATS
 
@@ -34,7 +35,7 @@ _FORMER_FORMATS = {
 }
 
 
-class _FormatChoice(click.Choice):  # type: ignore[type-arg]  # generic only since click 8.2
+class _FormatChoice(NameChoice):
     """The formats, by the names of their modules; says what became of a former name."""
 
     def __init__(self) -> None:

@@ -63,8 +63,8 @@ def command(
     if options.split_at_stops:
         outputs.check_parts(files, asked=bool(given.get("split_at_stops")))
 
-    from verne_post.output.findings import format_outcome
-    from verne_post.output.summary import format_summary, format_unchecked
+    from verne_post.output.findings import describe_unchecked, format_outcome
+    from verne_post.output.summary import format_summary
 
     with show_progress("reading", quiet=quiet) as progress:
         result, added = convert_to_files(source, machine, options, outputs, files, progress)
@@ -74,5 +74,5 @@ def command(
             say(format_summary(result.summary, added))
         else:
             say(f"{format_outcome(name, result.findings)}; nothing was written\n")
-            say("".join(f"  {text}\n" for text in format_unchecked(result.unchecked)))
+            say("".join(f"  {text}\n" for text in describe_unchecked([result.unchecked])))
     return result.exit_code

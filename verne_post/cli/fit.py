@@ -7,7 +7,7 @@ import click
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.numbers import read_numbers
-from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
+from verne_post.cli.options import INPUT, GroupedCommand, NameChoice, add_program_options
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
 from verne_post.model.verdict import find_exit_status
@@ -35,13 +35,11 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--minimise",
-    type=click.Choice(["move", "time"]),
+    type=NameChoice(["move", "time"]),
     help="Seek the smallest move of the part that brings the program within limits (the default), or the least "
     "time, with a small margin to every limit.",
 )
-@click.option(
-    "--maximise", type=click.Choice(["margin"]), help="Seek the place with the largest margin to every limit."
-)
+@click.option("--maximise", type=NameChoice(["margin"]), help="Seek the place with the largest margin to every limit.")
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
 @add_program_options(*WITHOUT["fit"])
 def command(

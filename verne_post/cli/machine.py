@@ -11,7 +11,16 @@ from verne_post.cli.common import add_sigma_option, choose_machine, load, name_m
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.numbers import NUMBER, Whole, read_numbers
-from verne_post.cli.options import FILE, FOLDER, MACHINE, add_options, build_options, machine_option, take_machine
+from verne_post.cli.options import (
+    FILE,
+    FOLDER,
+    MACHINE,
+    NameChoice,
+    add_options,
+    build_options,
+    machine_option,
+    take_machine,
+)
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
@@ -38,7 +47,7 @@ def _expect_folder(output: Path, first: str, kind: str) -> RunFiles:
 @click.option(
     "--format",
     "format_name",
-    type=click.Choice([name.replace("_", "-") for name in MACHINE_FORMATS]),
+    type=NameChoice([name.replace("_", "-") for name in MACHINE_FORMATS]),
     required=True,
     help="linuxcnc-kins: kinematics component in C and a simulation for LinuxCNC; mtconnect: a device "
     "for machine monitoring.",
@@ -144,9 +153,7 @@ def list_() -> int:
     metavar="DEG",
     help="Value of the word that turns the tool about its pole, mostly C, for the slice; default 0.",
 )
-@click.option(
-    "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the part frame; default xy."
-)
+@click.option("--plane", type=NameChoice(["xy", "xz", "yz"]), help="Plane of the slice in the part frame; default xy.")
 @click.option(
     "--at",
     type=NUMBER,

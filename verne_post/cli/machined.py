@@ -12,7 +12,7 @@ from verne_post.cli.common import print_findings, quiet_option, read_program, re
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.measured import add_log_options, read_measured, read_rows, require_delay
 from verne_post.cli.numbers import NUMBER
-from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, NameChoice, add_program_options
 from verne_post.cli.pictures import SUFFIXES, expect_picture
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import print_as_is
@@ -57,7 +57,7 @@ def _add_length(name: str, text: str) -> Callable[[Any], Any]:
 )
 @click.option(
     "--unit",
-    type=click.Choice(list(UNITS)),
+    type=NameChoice(list(UNITS)),
     default="mm",
     show_default=True,
     help="Unit of the STL file, which does not contain it.",
@@ -68,7 +68,7 @@ def _add_length(name: str, text: str) -> Callable[[Any], Any]:
 @_add_length("search", "Depth below and height above the surface that are examined; less than the thinnest wall.")
 @click.option(
     "--datum",
-    type=click.Choice(["table", "fit"]),
+    type=NameChoice(["table", "fit"]),
     default="table",
     show_default=True,
     help="Position of the part that decides: as the set-up says, or the best fit.",
@@ -85,7 +85,7 @@ def _add_length(name: str, text: str) -> Callable[[Any], Any]:
 )
 @click.option(
     "--output-format",
-    type=click.Choice(["text", "json", "sarif", "junit", "github", "markdown"]),
+    type=NameChoice(["text", "json", "sarif", "junit", "github", "markdown"]),
     default="text",
     show_default=True,
     help="Format of the findings.",

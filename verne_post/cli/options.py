@@ -281,7 +281,7 @@ def _make_option(name: str) -> Callable[..., Any]:
     )
 
 
-class _Choice(click.Choice):  # type: ignore[type-arg]  # generic only since click 8.2
+class NameChoice(click.Choice):  # type: ignore[type-arg]  # generic only since click 8.2
     """One of some names; says which one is meant."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -304,10 +304,10 @@ def _choose_click_type(option: Option) -> Any:
     """The type of an option for click: a choice, a number, a flag, or text that is parsed here."""
     shown = option.about
     if shown.choices is not None:
-        return _Choice(shown.choices())
+        return NameChoice(shown.choices())
     kinds = [strip_bounds(one)[0] for one in list_alternatives(option.kind) if one is not type(None)]
     if get_origin(kinds[0]) is Literal:
-        return click.Choice(get_args(kinds[0]))
+        return NameChoice(get_args(kinds[0]))
     if kinds == [bool]:
         return bool
     if len(kinds) > 1 or shown.metavar == "auto|N":

@@ -33,6 +33,6 @@ def require_package(package: str, option: str, extra: str) -> None:
     """Refuse an option whose package is not installed."""
     if importlib.util.find_spec(package) is None:
         raise click.UsageError(
-            f"{option} needs {package}, which is not installed; install it with: {spell_install(extra)}, or in a "
-            f'clone with all of the extra: pip install ".[{extra}]"'
+            f"{option} needs {package} (extra {extra}), which is not installed; install it with: "
+            f'{spell_install(extra)}, or in a clone with all of the extra: pip install ".[{extra}]"'
         )

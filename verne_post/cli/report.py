@@ -53,7 +53,7 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
     if output is not None:
         files.expect_writing(output, "-o")
         if len(inputs) == 1:  # a comparison draws no machine
-            require_package("jupyter_threejs_sage", "-o", "report")
+            require_package("jupyter_threejs_sage", "report -o", "report")
     read = []
     for input_name in inputs:
         try:

@@ -8,12 +8,13 @@ from verne_post.gcode.offsets import CartesianCoordinates
 from verne_post.gcode.read import interpret_program
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import AXES, ZERO9, Frame, Moves
+from verne_post.model.option_checks import check_tools
 from verne_post.model.part_setup import WORK_SYSTEMS, Tool
 
 
 def build_plain_setup(
     *,
-    tools: Mapping[int, Tool] | None = None,
+    tools: Mapping[int, Tool | float | tuple[float, float]] | None = None,
     tool_length: float | None = None,
     origins: Mapping[int, tuple[float, float, float]] | None = None,
     **text: Any,
@@ -23,7 +24,7 @@ def build_plain_setup(
     Parameters
     ----------
     tools : mapping, optional
-        Tool table by number.
+        Tool table by number; a length in mm, or a length and a diameter, is a tool too, as in the options.
     tool_length : float, optional
         mm; holds throughout.
     origins : mapping, optional
@@ -41,7 +42,7 @@ def build_plain_setup(
         machine=False,
         home=ZERO9,
         home2=ZERO9,
-        tools=dict(tools) if tools is not None else None,
+        tools=check_tools(tools),
         tool_length=tool_length,
         frames=frames,
         given_systems=frozenset(origins or ()),

@@ -54,7 +54,7 @@ class StopsWithin(Struct, frozen=True):
     most: int
 
 
-@explain_names(time="cycle_time", machining_time="cycle_time", cycle="format.cycle")
+@explain_names(**dict.fromkeys(("time", "duration", "seconds", "machining_time"), "cycle_time"), cycle="format.cycle")
 @dataclass(frozen=True, eq=False, repr=False)
 class Summary:
     """Facts of one conversion.

@@ -80,6 +80,20 @@ def format_outcome(
     return f"{make_printable(program)}: {word}: {counts}{why}"
 
 
+def describe_unchecked(texts: Sequence[str]) -> list[str]:
+    """What was not checked in programs: one line for each text, and none where all was checked."""
+    lines = []
+    for text in dict.fromkeys(texts):
+        where = f" in {format_count(texts.count(text), 'program')}" if len(texts) > 1 else ""
+        lines += [f"NOT CHECKED{where}: {make_printable(text)}"] if text else []
+    return lines
+
+
+def list_unchecked(reports: Sequence[Report]) -> list[str]:
+    """What was not checked in the programs of reports."""
+    return describe_unchecked([report.unchecked for report in reports])
+
+
 def format_finding(program: str, item: Finding) -> str:
     """``FILE:LINE:`` and what :func:`describe` writes, ``FILE:LINE:COLUMN:`` where a character of the program is meant.
 

@@ -63,11 +63,6 @@ def list_remarks(summary: Summary) -> list[str]:
     ]
 
 
-def format_unchecked(text: str) -> tuple[str, ...]:
-    """The line below the verdict on a program that is refused."""
-    return (f"NOT CHECKED: {make_printable(text)}",) if text else ()
-
-
 def format_summary(summary: Summary, added: Facts = ()) -> str:
     """The verdict, and the facts below it: aligned keys, values wrapped at 100 columns.
 

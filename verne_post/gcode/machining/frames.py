@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 from msgspec.structs import replace
 
+from verne_post.base.arrays import Array
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import ProgramError
@@ -67,7 +68,10 @@ class Frames:
             held_axis = rotation @ coordinates.turn_displacement(np.array(state.tool_axis), old)
             state.tool_axis = (float(held_axis[0]), float(held_axis[1]), float(held_axis[2]))
         machine = coordinates.map_to_machine(np.array(state.position), old)
-        position = [float(v) for v in coordinates.map_to_program(machine, frame)]
+        if self.setup.machine or frame.tool_length == old.tool_length:
+            position = [float(v) for v in coordinates.map_to_program(machine, frame)]
+        else:
+            position = self._move_tip_without_machine(machine, frame)
         if self.setup.machine:
             if frame.tool != old.tool and state.values_before_length is None and state.has_position:
                 state.values_before_length = [
@@ -88,6 +92,24 @@ class Frames:
         state.frame = frame
         if frame.tool != old.tool:
             state.systems = {number: replace(item, tool=frame.tool) for number, item in state.systems.items()}
+
+    def _move_tip_without_machine(self, machine: Array, frame: Frame) -> list[float]:
+        """Where the tip is with another length: along the tool axis in force, which only the program knows."""
+        state, old = self.state, self.state.frame
+        map_to_program = self.setup.coordinates.map_to_program
+        feature = frame.feature
+        if state.tool_axis is None:
+            if feature is not None and not feature.is_level and any(state.position[3:6]):
+                raise ProgramError(
+                    "VP013",
+                    "a change of the tool length on a tilted plane, with rotary axes that words have turned: where the "
+                    "tip is then depends on the machine (--machine)",
+                )
+            return [float(v) for v in map_to_program(machine, frame)]
+        same = replace(frame, tool=make_vector9((*frame.tool[:2], old.tool_length, *frame.tool[3:])))
+        place = state.position if same == old else [float(v) for v in map_to_program(machine, same)]
+        longer = frame.tool_length - old.tool_length
+        return [*(v - longer * along for v, along in zip(place, state.tool_axis, strict=False)), *place[3:]]
 
     def select_system(self, system: int) -> None:
         """Put a work system in force."""

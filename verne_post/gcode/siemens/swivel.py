@@ -273,6 +273,8 @@ class Swivel:
         positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
         end = choose_position(positions, lambda one: (-direction * one.tilt, one.motion)).program
         to.recorder.fix_c(block.line)
+        if not to.setup.machine and state.frame.feature is not None and not state.frame.feature.is_level:
+            to.core.hold_tool_axis(upright)
         if tcp or not to.setup.machine:
             to.core.go_straight(block, MoveKind.RAPID, end, list(to.setup.rotary) if to.setup.machine else [])
         else:

@@ -13,7 +13,7 @@ from verne_post.model.findings import Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
 from verne_post.output.causes import Cause, find_causes
-from verne_post.output.findings import Report, drop_repeated, find_place, format_outcome, list_remedies
+from verne_post.output.findings import Report, drop_repeated, find_place, format_outcome, list_remedies, list_unchecked
 
 #: Annotations of each level that GitHub shows for one step.
 MAX_ANNOTATIONS: Final = 10
@@ -21,16 +21,19 @@ _LEVELS: Final = {"error": "error", "warning": "warning", "note": "notice"}
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
-    """One workflow command a cause, the gravest first, and a notice that says how many are not shown."""
+    """One workflow command a cause, the gravest first; notices say what was not checked, and how many are not shown."""
     told_once = drop_repeated(reports, also_errors=True)
     everything = [(report, cause) for report in told_once for cause in find_causes(report.findings)]
-    lines, shown = [], Counter[str]()
+    lines, unchecked = [], list_unchecked(reports)
+    shown = Counter(note=len(unchecked[:1]))
     for severity in _LEVELS:
         for report, cause in everything:
             if cause.first.severity == severity and shown[severity] < MAX_ANNOTATIONS:
                 shown[severity] += 1
                 lines.append(_write_annotation(report, cause))
     left_out = len(everything) - len(lines)
+    if unchecked:  # one annotation, as the room for them is small
+        lines.append(f"::notice title=verne-post::{_escape_data(chr(10).join(unchecked))}")
     for report in reports:  # no error says why the step fails
         if report.verdict == Verdict.WARNINGS_FAIL:
             outcome = format_outcome(report.program, report.findings, fail_level=report.fail_level)

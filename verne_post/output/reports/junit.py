@@ -8,7 +8,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict, is_about_pose
 from verne_post.output.causes import find_first_error
-from verne_post.output.findings import Report, format_causes, format_outcome
+from verne_post.output.findings import Report, describe_unchecked, format_causes, format_outcome
 
 #: Characters that XML cannot hold, made visible.
 _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | {0xFFFE: "?", 0xFFFF: "?", 0x7F: "?"}
@@ -17,10 +17,10 @@ _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | 
 def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """A program that breaks limits has failed; one that cannot be read or checked is an error; warnings are output.
 
-    The time of a test case is that of its check. The properties of the suite are the machine and the version; that of a
-    test case is the machining time in s.
+    The time of a test case is that of its check. The property of the suite is the version; those of a test case are the
+    machine and the machining time in s. Output also says what was not checked.
     """
-    return _write_document([_make_case(report) for report in reports], machine)
+    return _write_document([_make_case(report, report.machine or machine) for report in reports])
 
 
 def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
@@ -30,7 +30,7 @@ def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) 
     return _write_document([case])
 
 
-def _write_document(cases: list[ElementTree.Element], machine: Machine | None = None) -> str:
+def _write_document(cases: list[ElementTree.Element]) -> str:
     counts: dict[str, str] = {
         "tests": str(len(cases)),
         "failures": str(sum(case.find("failure") is not None for case in cases)),
@@ -41,25 +41,27 @@ def _write_document(cases: list[ElementTree.Element], machine: Machine | None = 
 
     root = ElementTree.Element("testsuites", {"name": "verne-post", **counts})
     suite = ElementTree.SubElement(root, "testsuite", {"name": "verne-post check", "skipped": "0", **counts})
-    properties = {"version": __version__}
-    if machine is not None:
-        properties |= {"machine": make_printable(machine.name), "machine_sha256": machine.sha256}
-    _add_properties(suite, properties)
+    _add_properties(suite, {"version": __version__})
     suite.extend(cases)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _make_case(report: Report) -> ElementTree.Element:
+def _make_case(report: Report, machine: Machine | None) -> ElementTree.Element:
     case = ElementTree.Element(
         "testcase", classname="verne-post", name=make_printable(report.program), time=f"{report.elapsed_s:.3f}"
     )
+    properties: dict[str, str] = {}
+    if machine is not None:
+        properties |= {"machine": make_printable(machine.name), "machine_sha256": machine.sha256}
     if report.cycle_time_s is not None:
-        _add_properties(case, {"machining_time_s": f"{report.cycle_time_s:.3f}"})
+        properties["machining_time_s"] = f"{report.cycle_time_s:.3f}"
+    if properties:
+        _add_properties(case, properties)
     lines = []
     for shown in format_causes(report.program, report.findings, report.source, report.run):
         lines += shown
-    text = _clean("\n".join(lines))
+    text, output = _clean("\n".join(lines)), describe_unchecked([report.unchecked])
     if (first := find_first_error(report.findings)) is not None:
         kind = "failure" if is_about_pose(first.code) else "error"
         ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.full_message)).text = text
@@ -67,7 +69,9 @@ def _make_case(report: Report) -> ElementTree.Element:
         outcome = format_outcome(report.program, report.findings, fail_level=report.fail_level)
         ElementTree.SubElement(case, "failure", type="warning", message=outcome).text = text
     elif text:
-        ElementTree.SubElement(case, "system-out").text = text
+        output.insert(0, text)
+    if output:
+        ElementTree.SubElement(case, "system-out").text = _clean("\n".join(output))
     return case
 
 

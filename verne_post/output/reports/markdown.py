@@ -11,7 +11,7 @@ from verne_post.model.findings import Finding, describe, describe_trial
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import OF_THE_PART, Verdict, is_about_pose
 from verne_post.output.causes import Cause, find_causes
-from verne_post.output.findings import Report, describe_remedy, format_outcome
+from verne_post.output.findings import Report, describe_remedy, format_outcome, list_unchecked
 
 #: A comment has room for 65,536 characters.
 MAX_CHARACTERS: Final = 60_000
@@ -34,6 +34,11 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
         lines.append(f"| {_escape(report.program)} | {result} | {time} |")
     counted = ", ".join(f"{count} {word}" for word, count in words.items())
     lines += ["", f"{format_count(len(reports), 'program')}: {counted}"]
+    unchecked = [_escape(text).replace("NOT CHECKED", "**NOT CHECKED**", 1) for text in list_unchecked(reports)]
+    shown = _count_that_fit(unchecked, MAX_CHARACTERS // 4)
+    more = [f"**NOT CHECKED** in others: {len(unchecked) - shown} further lines"] * (shown < len(unchecked))
+    for text in (*unchecked[:shown], *more):
+        lines += ["", text]
     room, left_out = MAX_CHARACTERS - sum(map(len, lines)), 0
     for report in reports:
         rows, seen = [], set()

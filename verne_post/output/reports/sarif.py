@@ -13,7 +13,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.causes import Cause, describe_other, find_causes
 from verne_post.output.code_pages import make_markdown, make_text
-from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies
+from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies, list_unchecked
 from verne_post.output.policy import make_fingerprint, make_uri
 
 #: Code hosts read no more results of a run.
@@ -26,7 +26,7 @@ _LINE_HASH: Final = "primaryLocationLineHash"
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
-    """One run: a rule for each code that occurs, a result for each cause."""
+    """One run: a rule for each code that occurs, a result for each cause, and notes of what was not checked."""
     from verne_post import __version__
 
     told_once = drop_repeated(reports, also_errors=True)
@@ -43,9 +43,11 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         "results": [_make_result(report, cause, rules, seen) for report, cause in shown],
     }
     left_out = len(everything) - len(shown)
+    notes = list_unchecked(reports)
     if left_out:
-        text = f"{left_out} further findings are left out; `verne-post check` without --output-format prints all"
-        run["invocations"] = [_make_invocation("note", text, successful=True)]
+        notes.append(f"{left_out} further findings are left out; `verne-post check` without --output-format prints all")
+    if notes:
+        run["invocations"] = [_make_invocation("note", notes, successful=True)]
     return _write_document(run)
 
 
@@ -54,7 +56,7 @@ def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) 
     from verne_post import __version__
 
     driver = {"name": "verne-post", "version": __version__, "rules": []}
-    invocation = _make_invocation("error", message, successful=False)
+    invocation = _make_invocation("error", [message], successful=False)
     if findings and all(item.file is not None for item in findings):
         invocation["toolExecutionNotifications"] = [
             {"level": "error", "message": {"text": item.message}, "locations": [_make_location("", item)]}
@@ -64,9 +66,9 @@ def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) 
     return _write_document({"tool": {"driver": driver}, "invocations": invocations, "results": []})
 
 
-def _make_invocation(level: str, text: str, *, successful: bool) -> dict[str, Any]:
-    notification = {"level": level, "message": {"text": text}}
-    return {"executionSuccessful": successful, "toolExecutionNotifications": [notification]}
+def _make_invocation(level: str, texts: Sequence[str], *, successful: bool) -> dict[str, Any]:
+    notifications = [{"level": level, "message": {"text": text}} for text in texts]
+    return {"executionSuccessful": successful, "toolExecutionNotifications": notifications}
 
 
 def _write_document(run: dict[str, Any]) -> str:
