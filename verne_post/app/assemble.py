@@ -470,10 +470,11 @@ def drop_skipped_moves(draft: Draft) -> Draft:
     assert draft.contour is not None
     first, path = draft.restart.move, draft.contour.path
     move = np.where(path.move >= 0, path.move - first, -1).astype(np.int32)
+    moves = draft.moves.start_at(first, draft.restart.event, draft.restart.switched_events)
     return replace(
         draft,
-        moves=draft.moves.start_at(first, draft.restart.event, draft.restart.switched_events),
-        contour=replace(draft.contour, path=replace(path, move=move)),
+        moves=moves,
+        contour=replace(draft.contour, path=replace(path, move=move, called_lines=moves.called_lines)),
         stops=tuple(stop - first for stop in draft.stops),
         n_left_out=int(find_recorded(draft.moves)[:first].sum()),
     )
