@@ -282,13 +282,13 @@ CODES: Final[dict[str, Code]] = _make_table(
      "length."),
     ("VP050", "spindle does not turn, or turns backwards, in a cut", "warning",
      "The spindle does not turn, has no speed, or turns backwards while the tool cuts. Retracts are not "
-     "reported, because they may be in the air. The same applies to moves between a stop and a new start that "
-     "follow a retract or a rapid. Programs that call no tool and start no spindle are not reported, nor are "
-     "oriented tools (M19, SPOS). The cases are: (1) The program moves at feed rate while the spindle does not "
-     "turn. It was not started after a tool change, or it was stopped and the tool continues to cut. (2) The "
-     "spindle is started without a speed: no block of the program gives S, or none since the tool change, so the "
-     "spindle keeps the speed of the previous tool. (3) The spindle turns counter-clockwise (M4) in all cuts of "
-     "a tool.",
+     "reported, because they may be in the air. The same applies to moves before a start, and between a stop and a "
+     "new start, that follow a retract or a rapid, unless a cycle makes them. Programs that call no tool and start "
+     "no spindle are not reported, nor are oriented tools (M19, SPOS). The cases are: (1) The program moves at feed "
+     "rate while the spindle does not turn. It was not started after a tool change, or it was stopped and the tool "
+     "continues to cut. (2) The spindle is started without a speed: no block of the program gives S, or none since "
+     "the tool change, so the spindle keeps the speed of the previous tool. (3) The spindle turns counter-clockwise "
+     "(M4) in all cuts of a tool.",
      "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, for a "
      "tool that does not turn, or for a left-hand tool under M4."),
     ("VP051", "moves that are not executed", "warning",

@@ -504,6 +504,19 @@ class Moves(Struct, frozen=True):
         found[list(self.machine_moves)] = True
         return found
 
+    def find_of_cycles(self) -> Mask:
+        """Which moves a drilling or milling cycle makes: a pass of one line has rapids and cuts.
+
+        Lines of called files have numbers of their own, as :meth:`count_own_lines` gives them.
+        """
+        begins = np.flatnonzero(np.diff(self.line, prepend=self.line[:1] - 1))
+        is_rapid = self.kind == MoveKind.RAPID
+        both = [
+            np.logical_or.reduceat(one, begins) if len(begins) else np.zeros(0, dtype=bool)
+            for one in (is_rapid, ~is_rapid & (self.kind != MoveKind.DWELL))
+        ]
+        return np.repeat(both[0] & both[1], np.diff(begins, append=len(self)))
+
     def find_selecting_line(self, system: int, move: int) -> int:
         """The line whose word puts a work system in force for a move; that of the move if it holds from the start.
 
