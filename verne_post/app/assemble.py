@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from verne_post import gcode
 from verne_post.app.arc_check import drop_helices
+from verne_post.app.axis_check import check_signs
 from verne_post.app.diameter_check import check_diameters
 from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
 from verne_post.app.row_format import find_drives
@@ -314,6 +315,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     checked = [
         *check_setup(moves, path, machine, options, from_move),
         *check_diameters(source, moves, options),
+        *check_signs(source, moves, from_move),
         *check_tolerances(source, moves, path, from_move),
         *turns,
     ]

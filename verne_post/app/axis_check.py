@@ -1,4 +1,4 @@
-"""Tool axes of one cut that differ from those of all cuts beside it by the sign of one component."""
+"""One cut whose tool axis differs from all beside it by the sign of a component, or of an angle."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -8,16 +8,26 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
-from verne_post.base.program_lines import name_component
-from verne_post.model.findings import Finding, add_line, make_finding
-from verne_post.model.moves import MoveKind, Moves
+from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import find_word_of, name_component
+from verne_post.model.findings import Finding, Remedy, add_line, make_finding
+from verne_post.model.moves import AXES, MoveKind, Moves
 
 #: So many cuts on either side have axes that agree.
 _BESIDE: Final = 2
-#: Cosine between axes that agree: 5 degrees. Steps of finely divided surfaces are smaller.
+#: Cosine between an axis and the middle of those beside it: 5 degrees.
 _AGREES: Final = 0.9962
+#: Cosine between axes of cuts in a row: 10 degrees. Steps of finely divided surfaces are smaller.
+_FOLLOWS: Final = 0.9848
 #: Cosine between axes that a cut does not turn to and back: 30 degrees.
 _DIFFERS: Final = 0.866
+#: Degrees by which rotary axes turn less from one cut to the next; by which an angle of the wrong sign turns more; and
+#: by which numbers are rounded.
+_STEP_DEG: Final = 15.0
+_TURN_DEG: Final = 30.0
+_SLACK_DEG: Final = 0.5
+#: So many times as far as in the cuts beside it, the tip may go in a cut that is in doubt.
+_TIMES_STEP: Final = 3.0
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
 _ASIDE: Final = 5.0
 
@@ -25,8 +35,8 @@ _ASIDE: Final = 5.0
 def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
     """VP056: the sign of one component of a tool axis is in doubt; one finding a program.
 
-    With the other sign, the axis is that of two cuts before and two after it, and these agree. The tip stays where it
-    is along that component: it does not go to another flank.
+    With the other sign, the axis is between those of the cuts before and after it, and two on either side turn little
+    from one to the next. The tip stays where it is along that component: it does not go to another flank.
     """
     found: Finding | None = None
     for begin, end in iterate_blocks(len(moves), from_move):
@@ -53,16 +63,75 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
     if n < width or not np.isfinite(axis).any():
         return
     own = axis[_BESIDE : n - _BESIDE]
-    cuts = np.all([kind[shift : n - width + 1 + shift] == MoveKind.FEED for shift in range(width)], axis=0)
-    beside = [axis[shift : n - width + 1 + shift] for shift in range(width) if shift != _BESIDE]
-    agree = np.all([(one * beside[0]).sum(axis=1) > _AGREES for one in beside[1:]], axis=0)
-    agree &= cuts & ((own * beside[0]).sum(axis=1) < _DIFFERS)
-    for row in np.flatnonzero(agree).tolist():
+    first, before, after, last = (axis[shift : n - width + 1 + shift] for shift in range(width) if shift != _BESIDE)
+    middle = before + after
+    middle = middle / np.maximum(np.linalg.norm(middle, axis=1), np.finfo(float).tiny)[:, None]
+    rows = ((first, before, _FOLLOWS), (before, middle, _FOLLOWS), (after, last, _FOLLOWS))
+    smooth = np.all([(one * other).sum(axis=1) > least for one, other, least in rows], axis=0)
+    smooth &= _find_cuts(kind) & ((own * middle).sum(axis=1) < _DIFFERS)
+    for row in np.flatnonzero(smooth).tolist():
+        at = _BESIDE + row
         for component in range(3):
             other = own[row].copy()
             other[component] *= -1.0
-            at = _BESIDE + row
             aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
-            if aside <= _ASIDE and all(one[row] @ other > _AGREES for one in beside):
+            if aside <= _ASIDE and middle[row] @ other > _AGREES:
                 yield at, component
                 break
+
+
+def _find_cuts(kind: NDArray[np.int8]) -> NDArray[np.bool_]:
+    """Whether each of the rows of moves (n,) that has two on either side, and these, are straight cuts."""
+    n, width = len(kind), 2 * _BESIDE + 1
+    cuts: NDArray[np.bool_] = np.all(
+        [kind[shift : n - width + 1 + shift] == MoveKind.FEED for shift in range(width)], axis=0
+    )
+    return cuts
+
+
+def check_signs(source: Text, moves: Moves, from_move: int = 0) -> Iterator[Finding]:
+    """VP056: the same of the angle of a rotary axis that a line of the program names; one finding a program.
+
+    The other rotary axes turn little in all of these cuts, and the tip is not much farther away than in those beside.
+    """
+    found: Finding | None = None
+    width = 2 * _BESIDE + 1
+    for begin, end in iterate_blocks(len(moves), from_move):
+        first = max(begin - 2 * _BESIDE, from_move)
+        n = end - first
+        if n < width:
+            continue
+        angles, tip = moves.end[first:end, 3:6], moves.end[first:end, :3]
+        steps = np.abs(np.diff(angles, axis=0))
+        if not (steps > _TURN_DEG).any():
+            continue
+        way = np.linalg.norm(np.diff(tip, axis=0), axis=1)
+        one, two, three, four = (way[shift : n - width + 1 + shift] for shift in range(width - 1))
+        is_near = np.maximum(two, three) <= np.maximum(_ASIDE, _TIMES_STEP * np.maximum(one, four))
+        own, low = angles[_BESIDE : n - _BESIDE], angles[_BESIDE - 1 : n - _BESIDE - 1]
+        high = angles[_BESIDE + 1 : n - _BESIDE + 1]
+        near = (np.abs(high - low) < 2.0 * _STEP_DEG) & (steps[: n - width + 1] < _STEP_DEG)
+        near &= steps[width - 2 :] < _STEP_DEG
+        is_between = (-own >= np.minimum(low, high) - _SLACK_DEG) & (-own <= np.maximum(low, high) + _SLACK_DEG)
+        turned = near & is_between & (np.abs(own - low) > _TURN_DEG) & (np.abs(own - high) > _TURN_DEG)
+        turns_with = near & (np.abs(own - low) < _STEP_DEG)
+        doubtful = turned & ((turned | turns_with).all(axis=1) & _find_cuts(moves.kind[first:end]) & is_near)[:, None]
+        for row, axis in np.argwhere(doubtful & (turned.sum(axis=1) == 1)[:, None]).tolist():
+            line, value = int(moves.line[first + _BESIDE + row]), float(own[row, axis])
+            letter, text = AXES[3 + axis], (take_line(source, line) or b"").decode("utf-8", errors="replace")
+            word = find_word_of(text, letter, value)
+            if word is None:
+                continue
+            if found is not None:
+                found = add_line(found, line)
+                continue
+            right = f"{-value:.6g}"
+            said = (
+                f"{letter}{value:.6g} in this cut, and {letter}{low[row, axis] + 0.0:.6g} and "
+                f"{letter}{high[row, axis] + 0.0:.6g} in those before and after it: is {letter}{right} meant?"
+            )
+            edits = (Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True),)
+            where = {"line": line, "last_line": line, "worst_line": line, "column": word.start() + 1}
+            found = make_finding("VP056", said, **where, edits=edits)
+    if found is not None:
+        yield found

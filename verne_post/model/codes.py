@@ -327,7 +327,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
      "the radius R (CR) may have the wrong sign. Or a block with R (CR) names two axes of another plane than the "
      "active one: then the tool goes along the one that is normal to the plane, on a helix. Or the tool axis of "
-     "one cut is that of two cuts before and two after it, but for the sign of one component.",
+     "one cut is between those of two cuts before and two after it, but for the sign of one component or angle.",
      "Correct the sense, the sign or the plane. No action is needed if it is meant, as the relief of a corner."),
     # --- VP1xx: position limits and reach --------------------------------------------------
     ("VP101", "travel of a linear axis", "error",
