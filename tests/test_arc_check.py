@@ -1,5 +1,6 @@
 """VP056: an arc of half a turn or more where one of the other sense or sign would continue its neighbours."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -141,3 +142,40 @@ def test_a_tool_axis_with_a_wrong_sign(dialect: str, signs: str, doubtful: list[
     begin = head.count("\n") + 2
     assert [item.line - begin for item in found] == doubtful
     assert all("is the other sign meant?" in item.message for item in found)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "wrong", "said"),
+    [
+        ("fanuc", {}, None),
+        ("fanuc", {20: -1.0}, "A-22.878 in this cut, and A22.878 and A22.878 in those before and after it: is A22.878"),
+        ("fanuc", dict.fromkeys(range(20, 22), -1.0), None),  # two on the other side are no slip
+        ("fanuc", dict.fromkeys(range(1, 40, 2), -1.0), None),  # to and fro
+        ("siemens", {}, None),
+        ("siemens", {20: -1.0}, "but for the sign of B3 (-0.3305): is the other sign meant?"),
+    ],
+)
+def test_a_wrong_sign_where_the_tool_axis_turns_from_cut_to_cut(
+    dialect: str, wrong: dict[int, float], said: str | None
+) -> None:
+    """A circle of which each line turns C by 4 degrees; with one wrong sign the tool swung by 45 degrees and back."""
+    lines = list[str]()
+    for at in range(1, 40):
+        turn, sign = math.radians(4.0 * at), wrong.get(at, 1.0)
+        words = {
+            "fanuc": f"A{22.878 * sign:.3f} C{4.0 * at:.1f}",
+            "siemens": f"A3={0.3356 * math.cos(turn):.4f} B3={sign * 0.3356 * math.sin(turn):.4f} C3=.942",
+        }
+        lines.append(f"X{15.0 * math.cos(turn):.3f} Y{15.0 * math.sin(turn):.3f} {words[dialect]}")
+    head, end = {
+        "fanuc": ("G21 G90 G17\nT1 M6\nS900 M3\nG43.4 H1 G0 X15. Y0. Z60. A22.878 C0.\nG1 Z5. F500.", "G0 Z60.\nM30"),
+        "siemens": (
+            "G17 G90 G94 G710\nG54\nT1 D1\nM6\nS900 M3\nTRAORI\nG0 X15 Y0 Z60 A3=.3356 B3=0 C3=.942\nG1 Z5 F500",
+            "G0 Z60\nM30",
+        ),
+    }[dialect]
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 4.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 40)}, tools=tools)
+    findings = check("\n".join([head, *lines, end]).encode(), "ac_trunnion", options, limits_only=True).findings
+    found = [(item.line, said is not None and said in item.message) for item in findings if item.code == "VP056"]
+    assert found == ([] if said is None else [(head.count("\n") + 1 + 20, True)])

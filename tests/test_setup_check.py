@@ -801,6 +801,10 @@ BEGIN = "G21 G90 G61\nS900 M3\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\n"
         (BEGIN.replace("X10", "X10 M5") + "G0 Z50\nM2\n", []),  # controls stop it at the end of that block
         (BEGIN + "G0 Z50\nT2 M6\nG0 X0\nG1 Z40\nM2\n", [(9, 9, 1)]),
         (BEGIN + "G0 Z50\nT2 M6\nG0 X0\nM3\nG1 Z40\nM2\n", []),
+        # a cycle cuts with every feed move, whatever starts the spindle later; G86 stops it itself
+        (BEGIN + "G0 Z50\nT2 M6\nG81 X0 Z40 R45\nX5 M3\nG80\nM2\n", [(8, 8, 1)]),
+        (BEGIN + "G0 Z50\nM5\nG83 X0 Z40 R45 Q3\nX5\nG80\nM3\nG1 Z40\nM2\n", [(8, 9, 4)]),
+        (BEGIN + "G0 Z50\nG86 X0 Z40 R45 P0\nX5\nG80\nM5\nG0 X9\nM3\nG1 Z40\nM2\n", []),
         ("G21 G90 G61\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # a dry run has neither tool nor spindle
         ("G21 G90\nT1 M6\nM19 R0\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # broaching
         ("G21 G90\nT1 M6\nT0 M6\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # no tool, no cut
@@ -821,7 +825,9 @@ def test_a_spindle_that_was_stopped(program, found):
 
 def test_a_tap_turns_the_spindle_itself():
     program = "G21 G90 G94\nT1 M6\nG0 X0. Y0. Z50. A0. C0.\nM29 S100\nG95 G84 X0. Y0. R20. Z10. F1.\nG80\nM30\n"
-    assert find_idle_cuts(f"O1\n{program}", "fanuc", tapping="feed") == []
+    for more in ("", "M3\nG81 X9. R20. Z10. F90.\nG80\n"):
+        program = program.replace("M30", f"{more}M30")
+        assert find_idle_cuts(f"O1\n{program}", "fanuc", tapping="feed") == []
 
 
 ROUNDS = "G0 X0 Y0 Z80 A0 C0\nG1 X10 F500\nY10\n"

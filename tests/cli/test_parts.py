@@ -12,6 +12,11 @@ import numpy as np
 import pytest
 
 import verne_post as vp
+from verne_post.app.assemble import cut_at_stops, read_draft
+from verne_post.model.moves import Moves
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
+from verne_post.toolpath.splice import find_recorded
 
 TOOLS = "T1 P1 Z80 D10\nT2 P2 Z95 D5\n"
 PROGRAM = """G21 G90 G17 G54
@@ -399,3 +404,58 @@ def test_an_index_that_says_something_else_is_found_out(
     del place[keys[-1]]
     path.write_text(json.dumps(index))
     assert run("verify", path, *again).code == (0 if keys == ("more",) else 1)
+
+
+OF_A_FILE = """G21 G90 G17 G94
+T1 M6
+S3000 M3
+G54 G0 X0 Y0
+G43 H1 Z60
+G91 G28 Z0
+G90 G0 G43 H1 Z60
+M98 P2000
+T2 M6
+S900 M4
+G0 X10 Y15
+G43 H2 Z50
+M98 P2000
+G68.2 X0 Y0 Z0 I0 J0 K0
+G53.1
+G0 X20
+G69
+G53 Z-10
+G49
+M30
+"""
+
+
+def test_what_is_said_of_moves_by_their_numbers_is_said_of_the_same_moves_between_stops() -> None:
+    tools = {n: Tool(n, n, (0.0, 0.0, 50.0 + n, *(0.0,) * 6), 4.0) for n in (1, 2)}
+    files = {"2000": b"O2000\nG0 X1\nX2\nM0\nX3\nG1 X4 F300\nM99\n"}
+    options = Options(tools=tools, dialect="fanuc", split_at_stops=True, subroutines=files)
+    draft = read_draft(OF_A_FILE.encode(), vp.load_machine("ac_trunnion"), options)
+    stopped = cut_at_stops(draft)
+    assert len(stopped.stops) == 3
+
+    def name_lines(moves: Moves) -> dict[str, Any]:
+        kept = find_recorded(moves)
+        own = moves.called_lines.number_moves(moves.line, np.arange(len(moves)))
+        ahead = [*np.minimum.accumulate(np.where(kept, np.arange(len(own)), len(own))[::-1])[::-1].tolist(), len(own)]
+        names = [*map(moves.called_lines.name_line, own.tolist()), "the end"]
+        return {
+            "moves": [name for name, is_kept in zip(names, kept, strict=False) if is_kept],
+            "machine": [names[number] for number in moves.machine_moves],
+            **{
+                name: [names[ahead[one.before]] for one in getattr(moves, name)]
+                for name in ("events", "calls", "planes")
+            },
+            **{name: [names[ahead[one]] for one in getattr(moves, name)] for name in ("tcp_changes", "feeds")},
+            "speeds": [(line, names[ahead[number]]) for line, number in moves.speeds],
+        }
+
+    said = name_lines(draft.moves)
+    assert said["machine"] == ["line 6", "line 6", "line 18"]
+    assert said["moves"][4:8] == ["line 7", *(f"2000.ngc, line {line}" for line in (2, 3, 5))]
+    assert name_lines(stopped.moves) == said
+    numbers = [one.path.number_lines(np.arange(len(one.path))).tolist() for one in (draft, stopped)]
+    assert numbers[0] == numbers[1]

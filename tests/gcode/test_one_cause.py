@@ -389,6 +389,30 @@ def test_a_departure_names_the_end_point_that_lies_in_its_arc(view):
     assert "the end point of the departure lies inside the arc" in first[0].message
 
 
+TILTED = (
+    "G90 G17 G21\nT1 M6\nS3000 M3\nG54\nG0 A0. C0.\nG68.2 X0. Y-25. Z0. I0. J30. K0.\n{}G0 X-15. Y5.\nG43 Z60. H1\n"
+    "Z8.\nG1 Z-1. F400.\nX15. F1500.\nG3 X15. Y11. I0. J3.\n{}G0 Z60.\nG69\nG0 A0. C0.\nM30\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("turn", "more", "wanted"),
+    [
+        ("", "G1 X0.\nY5.\nX15.\nG3 X15. Y11. I0. J3.\n", [12]),  # each such arc is the same cause
+        ("", "G1 X0.\nY5.\nX15.\nG3 X15. Y11. I0. J4.\n", [12, 16]),  # this one is wrong by itself
+        ("G53.1\n", "", []),
+    ],
+)
+def test_arcs_in_a_plane_to_which_nothing_turns_the_table_are_one_finding(turn, more, wanted):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 100.0, *(0.0,) * 6), 8.0)}
+    options = Options(dialect="fanuc", wcs={"G54": (0, 0, 80)}, tools=tools)
+    findings = check(TILTED.format(turn, more).encode(), vp.load_machine("ac_trunnion"), options).findings
+    assert [item.line for item in findings if item.code == "VP008"] == wanted
+    for item in findings[: len(wanted[:1])]:
+        assert "nothing turns the table to it" in item.message
+        assert [(one.value, one.line, one.way) for one in item.edits] == [("G53.1", 6, "below")]
+
+
 @pytest.mark.parametrize(
     ("dialect", "head", "wrong", "arc"),
     [

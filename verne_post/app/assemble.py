@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from verne_post import gcode
 from verne_post.app.arc_check import drop_helices
-from verne_post.app.axis_check import check_normals
+from verne_post.app.axis_check import check_normals, check_rotary_words
 from verne_post.app.diameter_check import check_diameters
 from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
 from verne_post.app.row_format import find_drives
@@ -316,6 +316,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         *check_setup(moves, path, machine, options, from_move),
         *check_normals(source, moves, machine.coordinates, from_move),
         *check_diameters(source, moves, options),
+        *check_rotary_words(source, moves, from_move),
         *check_tolerances(source, moves, path, from_move),
         *turns,
     ]
@@ -472,10 +473,11 @@ def drop_skipped_moves(draft: Draft) -> Draft:
     assert draft.contour is not None
     first, path = draft.restart.move, draft.contour.path
     move = np.where(path.move >= 0, path.move - first, -1).astype(np.int32)
+    moves = draft.moves.start_at(first, draft.restart.event, draft.restart.switched_events)
     return replace(
         draft,
-        moves=draft.moves.start_at(first, draft.restart.event, draft.restart.switched_events),
-        contour=replace(draft.contour, path=replace(path, move=move)),
+        moves=moves,
+        contour=replace(draft.contour, path=replace(path, move=move, called_lines=moves.called_lines)),
         stops=tuple(stop - first for stop in draft.stops),
         n_left_out=int(find_recorded(draft.moves)[:first].sum()),
     )

@@ -116,9 +116,8 @@ class Line(Struct, frozen=True, eq=False):
 
 def is_of_cycle(line: Line) -> bool:
     """Whether a line drills or mills by a cycle: it has rapids and cuts, which are no lines of a called file."""
-    own_lines = line.moves.called_lines.number_moves(line.moves.line, np.arange(len(line.moves)))
-    kinds = set(line.moves.kind[own_lines == line.number].tolist()) - {int(MoveKind.DWELL)}
-    return int(MoveKind.RAPID) in kinds and len(kinds) > 1
+    moves = line.moves.count_own_lines()
+    return bool(moves.find_of_cycles()[moves.line == line.number].any())
 
 
 def describe_kept_angle(moves: Moves, machine: Machine, item: Finding, number: int, *, at_start: bool = False) -> str:

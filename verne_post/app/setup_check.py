@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.arc_check import check_arcs
-from verne_post.app.axis_check import check_angles, check_axes
+from verne_post.app.axis_check import check_axes
 from verne_post.app.height_check import check_heights
 from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
@@ -143,7 +143,6 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
         *check_senses(moves, machine.coordinates),
         *check_arcs(moves, from_move),
         *check_axes(moves, from_move),
-        *check_angles(moves, from_move),
         *check_heights(moves, from_move),
     ]
     found += report_plane_at_end(moves, found)

@@ -19,9 +19,10 @@ from verne_post.model.part_setup import list_setup_names
 from verne_post.model.plausibility import PLAUSIBLE
 from verne_post.model.toolpath import SegmentKind, ToolPath
 
-#: How moves count while a stretch holds: the spindle turns; it stands, and no move counts; it was never started with
-#: this tool; it was stopped, and is started again later with this tool, or is not.
-_TURNS, _STANDS, _NEVER, _PAUSED, _STOPPED = range(5)
+#: How moves count while a stretch holds: the spindle turns; it stands, and no move counts; it is started later with
+#: this tool, and only moves of a cycle count, or never is; it was stopped, and is started again later with this tool,
+#: or is not.
+_TURNS, _STANDS, _LATER, _NEVER, _PAUSED, _STOPPED = range(6)
 #: Where the tool is after a row: in the air, where it was before, in the material.
 _AIR, _AS_BEFORE, _IN = 0, -1, 1
 
@@ -41,6 +42,7 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
     not turn and is oriented (M19). So moves count only in two cases. With a tool that was called and never started, all
     moves at feed rate but retracts do. After a stop of the spindle, those do that go on from a cut without a rapid or
     a retract between, and, where the spindle is not started again with this tool, what follows a plunge at feed rate.
+    A cycle cuts with every feed move, before a start too, but for those after a stop that is its own.
     Programs that call no tool and start no spindle are not concerned.
     """
     stretches = _list_stretches(moves.events)
@@ -49,6 +51,7 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
     if not _may_cut(path, begins, modes):
         return []
     stop_lines = np.array([one.event.line if one.event is not None else 0 for one in stretches])
+    of_cycles = moves.find_of_cycles()
     count, first, last, state = 0, -1, -1, _AIR
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
@@ -58,24 +61,29 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
         cuts, marks = _judge_rows(path, begin, end, mode)
         states = _fill_forward(marks, state)
         state = int(states[-1])
-        counted = np.flatnonzero(cuts & ((mode == _NEVER) | ((mode >= _PAUSED) & (states == _IN) & ~own_line)))
+        goes_on = ((mode >= _PAUSED) & (states == _IN)) | ((mode >= _LATER) & of_cycles[move])
+        counted = np.flatnonzero(cuts & ((mode == _NEVER) | (goes_on & ~own_line)))
         if len(counted):
             first, last = int(move[counted[0]]) if first < 0 else first, int(move[counted[-1]])
             count += len(np.unique(move[counted]))
     if first < 0:
         return []
-    event = stretches[int(np.searchsorted(begins, first, side="right")) - 1].event
+    number = int(np.searchsorted(begins, first, side="right")) - 1
+    stretch = stretches[number]
+    event = stretch.event
     assert event is not None
-    why = (
-        f"nothing starts it after the change to {describe_tool(event)} in line {event.line}"
-        if event.kind == "tool"
-        else f"line {event.line} stops it"
-    )
-    is_startable = event.kind == "tool" and moves.language != "aptcl"  # whose SPINDL is a line of its own
+    start = stretches[number + 1].event if stretch.mode in (_LATER, _PAUSED) else None
+    after = f"after the change to {describe_tool(event)} in line {event.line}"
+    if event.kind != "tool":
+        why = f"line {event.line} stops it" + (f", and line {start.line} starts it again" if start else "")
+    else:
+        why = f"line {start.line} is the first that starts it {after}" if start else f"nothing starts it {after}"
+    # where it is started later, that start stands too low; in a CL file SPINDL is a line of its own
+    is_startable = event.kind == "tool" and start is None and moves.language != "aptcl"
     edits = (Remedy("start the spindle", "M3", line=event.line),) if is_startable else ()
     line, last_line = int(moves.line[first]), int(moves.line[last])
-    number = "a move" if count == 1 else f"{count} moves"
-    text = f"the spindle does not turn in {number} at feed rate: {why}"
+    several = "a move" if count == 1 else f"{count} moves"
+    text = f"the spindle does not turn in {several} at feed rate: {why}"
     lines = {"line": line, "last_line": max(line, last_line), "worst_line": line}
     return [make_finding("VP050", text, **lines, count=count, edits=edits)]
 
@@ -299,7 +307,7 @@ def _list_stretches(events: Iterable[Event]) -> list[_Stretch]:
             found.append(_Stretch(event.before, _NEVER if tool else _STANDS, event))
         elif event.kind == "spindle" and event.data["direction"] != "stop":
             if before.mode == _NEVER:
-                before.mode = _STANDS
+                before.mode = _LATER
             elif before.mode == _STOPPED:
                 before.mode = _PAUSED
             found.append(_Stretch(event.before, _TURNS, event))
@@ -315,12 +323,12 @@ def _list_stretches(events: Iterable[Event]) -> list[_Stretch]:
 
 def _may_cut(path: ToolPath, begins: Ints, modes: Ints) -> bool:
     """Whether there is a move at feed rate in a stretch that may count: most programs end here."""
-    if not (modes >= _NEVER).any():
+    if not (modes >= _LATER).any():
         return False
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
         move = move[(path.feed_time[begin:end] > 0) & (move >= 0)]
-        if (modes[np.searchsorted(begins, move, side="right") - 1] >= _NEVER).any():
+        if (modes[np.searchsorted(begins, move, side="right") - 1] >= _LATER).any():
             return True
     return False
 

@@ -275,6 +275,7 @@ def _make_refusal(
     holds_plane = setup.machine and any(plane.word for plane in execution.recorder.planes)
     if execution.recorder.count and (holds_plane or codes & {"VP008", "VP012", "VP018"}):
         moves = execution.recorder.freeze(list(execution.state.position), execution.state.frame, {})
+        found = _name_unturned_planes(source, found, moves, setup, dialect)
         found = [_report_at_start(item, moves, setup) if item.code == "VP008" else item for item in found]
         found += report_missing_offsets(moves, setup) if codes & {"VP012", "VP018"} else []
         unread = min(
@@ -326,6 +327,41 @@ def _report_at_start(item: Finding, moves: Moves, setup: Setup) -> Finding:
         f"{place} is out of the reach of the machine, and the arc of line {item.line} begins there: {item.message}"
     )
     return replace(item, message=message, line=line, last_line=line, worst_line=line, column=None)
+
+
+def _name_unturned_planes(
+    source: Text, errors: list[Finding], moves: Moves, setup: Setup, dialect: Dialect
+) -> list[Finding]:
+    """Errors in which arcs that are impossible (VP008) only because nothing turns the table to their plane say so.
+
+    Each plane is one error, at its first arc, and the program has been read with G53.1.
+    """
+    found, arcs_left = list[Finding](), dict[int, set[int | None]]()
+    for item in errors:
+        line = item.line or 0
+        calls = [one for one in moves.planes if one.own_line < line] if item.code == "VP008" else []
+        plane = max(calls, key=lambda one: one.own_line, default=None)
+        if plane is None or plane.word != "G68.2":
+            found.append(item)
+            continue
+        at, is_first = plane.own_line, plane.own_line not in arcs_left
+        if is_first:
+            lines = bytes(source).split(b"\n")
+            left = _list_errors(b"\n".join([*lines[:at], b"G53.1", *lines[at:]]), setup, dialect)
+            # what is wrong where the table is turned is another cause
+            moved = {((one.line or 0) - ((one.line or 0) > at), one.code) for one in left}
+            is_cause = moved < {(one.line or 0, one.code) for one in errors}
+            arcs_left[at] = {of for of, code in moved if code == "VP008"} if is_cause else {line}
+        if line in arcs_left[at]:
+            found.append(item)
+        elif is_first:
+            message = (
+                f"the plane of G68.2 in line {at} is in force, and nothing turns the table to it: with the tool "
+                f"length, the tip is not where X Y Z of the plane are, and this arc does not fit; {plane.turn}"
+            )
+            turn = Remedy("write G53.1", "G53.1", line=at, word=("G", 68.2), way="below")
+            found.append(replace(item, message=message, column=None, edits=(turn,), advice=""))
+    return found
 
 
 def find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:

@@ -284,13 +284,13 @@ CODES: Final[dict[str, Code]] = _make_table(
      "length."),
     ("VP050", "spindle does not turn, or turns backwards, in a cut", "warning",
      "The spindle does not turn, has no speed, or turns backwards while the tool cuts. Retracts are not "
-     "reported, because they may be in the air. The same applies to moves between a stop and a new start that "
-     "follow a retract or a rapid. Programs that call no tool and start no spindle are not reported, nor are "
-     "oriented tools (M19, SPOS). The cases are: (1) The program moves at feed rate while the spindle does not "
-     "turn. It was not started after a tool change, or it was stopped and the tool continues to cut. (2) The "
-     "spindle is started without a speed: no block of the program gives S, or none since the tool change, so the "
-     "spindle keeps the speed of the previous tool. (3) The spindle turns counter-clockwise (M4) in all cuts of "
-     "a tool.",
+     "reported, because they may be in the air. The same applies to moves before a start, and between a stop and a "
+     "new start, that follow a retract or a rapid, unless a cycle makes them. Programs that call no tool and start "
+     "no spindle are not reported, nor are oriented tools (M19, SPOS). The cases are: (1) The program moves at feed "
+     "rate while the spindle does not turn. It was not started after a tool change, or it was stopped and the tool "
+     "continues to cut. (2) The spindle is started without a speed: no block of the program gives S, or none since "
+     "the tool change, so the spindle keeps the speed of the previous tool. (3) The spindle turns counter-clockwise "
+     "(M4) in all cuts of a tool.",
      "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, for a "
      "tool that does not turn, or for a left-hand tool under M4."),
     ("VP051", "moves that are not executed", "warning",
@@ -329,7 +329,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
      "the radius R (CR) may have the wrong sign. Or a block with R (CR) names two axes of another plane than the "
      "active one: then the tool goes along the one that is normal to the plane, on a helix. Or the tool axis of "
-     "one cut is that of two cuts before and two after it, but for the sign of one component.",
+     "one cut is between those of two cuts before and two after it, but for the sign of one component or angle.",
      "Correct the sense, the sign or the plane. No action is needed if it is meant, as the relief of a corner."),
     # --- VP1xx: position limits and reach --------------------------------------------------
     ("VP101", "travel of a linear axis", "error",

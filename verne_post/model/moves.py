@@ -7,7 +7,7 @@ X Y Z A B C U V W. Every row knows its source line.
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace as replace_fields
 from enum import IntEnum
 from typing import Any, Final
@@ -277,6 +277,16 @@ class CalledLines(Struct, frozen=True):
         begin = np.where((at >= 0) & (move >= 0), self.line[at], 0)
         return np.where(begin > 0, begin + move - self.before[at], line)
 
+    def insert(self, at: NDArray[np.intp]) -> "CalledLines":
+        """The same with moves of the program itself before those with the numbers ``at``, which are ascending."""
+        if not len(self.before):
+            return self
+        begins = np.union1d(self.before, at)
+        line = np.concatenate([self.number_moves(np.zeros(len(begins), np.int64), begins), np.zeros(len(at), np.int64)])
+        before = np.concatenate([begins + np.searchsorted(at, begins, side="right"), at + np.arange(len(at))])
+        order = np.argsort(before)
+        return replace(self, before=before[order], line=line[order])
+
     def find_file(self, number: int) -> tuple[int, str | None, int | None]:
         """A line in its file, the file, and the line of the program that calls it; None where that is the program."""
         call, line = divmod(number, LINES_OF_A_CALL)
@@ -494,6 +504,19 @@ class Moves(Struct, frozen=True):
         found[list(self.machine_moves)] = True
         return found
 
+    def find_of_cycles(self) -> Mask:
+        """Which moves a drilling or milling cycle makes: a pass of one line has rapids and cuts.
+
+        Lines of called files have numbers of their own, as :meth:`count_own_lines` gives them.
+        """
+        begins = np.flatnonzero(np.diff(self.line, prepend=self.line[:1] - 1))
+        is_rapid = self.kind == MoveKind.RAPID
+        both = [
+            np.logical_or.reduceat(one, begins) if len(begins) else np.zeros(0, dtype=bool)
+            for one in (is_rapid, ~is_rapid & (self.kind != MoveKind.DWELL))
+        ]
+        return np.repeat(both[0] & both[1], np.diff(begins, append=len(self)))
+
     def find_selecting_line(self, system: int, move: int) -> int:
         """The line whose word puts a work system in force for a move; that of the move if it holds from the start.
 
@@ -530,33 +553,43 @@ class Moves(Struct, frozen=True):
             return replace(self, events=(*switched, *kept))
         rows = {name: getattr(self, name)[first:] for name in MOVE_COLUMNS}
         called = self.called_lines
-        called = replace(called, before=called.before - first)
-        start_frame = self.frames[self.frame[first - 1]]
-        # what has been said before the first move holds from it on
-        said = {
-            name: tuple(replace(one, before=max(one.before - first, 0)) for one in getattr(self, name))
-            for name in ("tcp_ends", "table_places", "selections", "planes", "calls")
-        }
-        counted = {
-            name: tuple(max(number - first, 0) for number in getattr(self, name))
-            for name in ("tcp_changes", "named_changes", "length_ends", "feeds")
-        }
-        given = {
-            name: tuple((line, max(number - first, 0)) for line, number in getattr(self, name))
-            for name in ("speeds", "turn_feeds")
-        }
+        counted = self._count_anew(lambda number: max(number - first, 0))  # what has been said before holds from it on
         return replace(
             self,
-            **rows,
-            **said,
-            **counted,
-            **given,
+            **{**rows, **counted},
+            called_lines=replace(called, before=called.before - first),
             events=(*switched, *kept),
             start=self.end[first - 1],
-            start_frame=start_frame,
-            first_cut=max(self.first_cut - first, 0),
-            machine_moves=tuple(one - first for one in self.machine_moves if one >= first),
+            start_frame=self.frames[self.frame[first - 1]],
         )
+
+    def insert(self, at: NDArray[np.intp], rows: Mapping[str, Array]) -> "Moves":
+        """The same with moves of the program itself before those with the numbers ``at`` (n,), which are ascending.
+
+        ``rows``: the columns of all moves. What is said before such a move is said before the one that is inserted.
+        """
+        counted = self._count_anew(lambda number: number + int(np.searchsorted(at, number, side="left")))
+        events = tuple(
+            replace(event, before=event.before + int(np.searchsorted(at, event.before, side="left")))
+            for event in self.events
+        )
+        return replace(self, **{**rows, **counted}, events=events, called_lines=self.called_lines.insert(at))
+
+    def _count_anew(self, count: Callable[[int], int]) -> dict[str, Any]:
+        """All that is said of moves by their numbers, but events and called lines; ``count``: the new number of one."""
+        said = ("tcp_ends", "table_places", "selections", "planes", "calls")
+        numbers = ("tcp_changes", "named_changes", "length_ends", "feeds")
+        after = (count(number + 1) for number in self.machine_moves)  # the one that is inserted before is none of them
+        return {
+            **{name: tuple(replace(one, before=count(one.before)) for one in getattr(self, name)) for name in said},
+            **{name: tuple(map(count, getattr(self, name))) for name in numbers},
+            **{
+                name: tuple((line, count(number)) for line, number in getattr(self, name))
+                for name in ("speeds", "turn_feeds")
+            },
+            "first_cut": count(self.first_cut),
+            "machine_moves": tuple(number - 1 for number in after if number > 0),
+        }
 
 
 #: What Moves keep for every move: type, and width where it is not one number.

@@ -176,11 +176,7 @@ def insert_stops(
     new = at + np.arange(len(at))
     rows["line"][new] = [line for _before, line in stops]
     rows["kind"][new], rows["feed"][new], rows["arc"][new], rows["spline"][new] = MoveKind.DWELL, STOP_SECONDS, -1, -1
-    events = tuple(
-        replace(event, before=event.before + int(np.searchsorted(at, event.before, side="left")))
-        for event in moves.events
-    )
-    stopped = replace(moves, events=events, **rows)
+    stopped = moves.insert(at, rows)
     return stopped, _insert_in_path(path, stopped, at), tuple(new.tolist())
 
 
@@ -209,4 +205,5 @@ def _insert_in_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolP
         dwell_section=find_sections(section, np.searchsorted(move, dwell)),
         dwell_seconds=moves.feed[dwell],
         dwell_line=moves.line[dwell],
+        called_lines=moves.called_lines,
     )
