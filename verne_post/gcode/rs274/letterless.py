@@ -19,9 +19,10 @@ _WORD: Final = re.compile(
 )
 _PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
 _DIGITS_OF_CODES: Final = 2
-#: A word, and a number behind a blank.
+#: A word, the name of a parameter or what it becomes, and a number behind a blank.
 _WORD_AND_NUMBER: Final = re.compile(
-    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])(?P<own>[-+]?[0-9.]+)[ \t]++(?P<number>(?:[-+][ \t]*+)?[0-9.]+)"
+    r"\([^()]*\)?|;.*|(?P<letter>[A-Z]|[A-Z]?#|#(?:[0-9]++|<[^<>]*+>)[ \t]*+=[ \t]*+)(?P<own>[-+]?[0-9.]+)[ \t]++"
+    r"(?P<number>(?:[-+][ \t]*+)?[0-9.]+)"
     r"(?![ \t]*+\])(?P<more>[ \t]++[0-9.])?",
     re.IGNORECASE,
 )
@@ -157,16 +158,24 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
         word, number = f"{match['letter']}{match['own']}", match["number"]
         letter, begin, end = match["letter"].upper(), match.start() + 1, match.end("number")
         is_of_block = letter == "N"
-        if letter not in _WORDS_OF_CODES and match["more"]:
+        if (letter not in _WORDS_OF_CODES and match["more"]) or (letter[0] == "#" and not number.isdigit()):
             continue
         if (behind := _LETTER_AND_DIGITS.match(rest)) is not None and len(number) == 1 and number.isdigit():
             if number == "0":  # of Z6 0I0, whose blank is one place too early
                 continue
             wrong, right = f"{number}{behind[0]}", f"{behind[1]}{number}{behind[2]}"
             message = f"{wrong}: a digit before its letter, which is read as {word}{number}; {right} may be meant"
+            if behind[1] in "Hh" and f"{word}{number}".upper() in ("G43", "G44"):
+                wrong, right = f"{match[0]}{behind[0]}", f"{word}{number} {behind[0]}"
+                message = f"{wrong}: a blank in a number, which is read as {word}{number}; write {right}"
             edit = Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True)
-            error = ProgramError("VP001", message, match.start("number") + 1, edits=(edit,))
+            error = ProgramError("VP001", message, text.index(wrong, match.start()) + 1, edits=(edit,))
             yield Divided(letter, begin, match.end() + behind.end(), error)
+            continue
+        if number == ".":
+            message = f"{match[0]}: a blank in a number, which is read as {word}.; write {word}"
+            edits = write_words(match[0], word, line=line)
+            yield Divided(letter, begin, end, ProgramError("VP001", message, begin, edits=edits))
             continue
         if is_of_block:
             message = f"{match[0].strip()}: {_AS_NUMBER}"
@@ -174,8 +183,9 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
             message = f"{number}: a number without a letter before it"
         else:
             message = f"{match[0].strip()}: blanks mean nothing in a number, so that this is {word}{number}"
-        letters = list_letters(letter, match["own"], number, rest)
-        is_one = number.isdigit() and (not letters or re.fullmatch(r"0\d+", number) is not None)
+        letters = [] if letter[0] == "#" else list_letters(letter[0], match["own"], number, rest)
+        is_code = letters[:1] in (["G"], ["M"])  # codes have a zero before their digit, and places have none
+        is_one = number.isdigit() and (not letters or (not is_code and re.fullmatch(r"0\d+", number) is not None))
         if is_one:
             edits = write_words(match[0], f"{word}{number}", line=line, is_choice=True)
             message += f"; write {word}{number} without the blank"
