@@ -20,13 +20,15 @@ _AGREES: Final = 0.9962
 _DIFFERS: Final = 0.866
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
 _ASIDE: Final = 5.0
+#: mm: where it goes farther and comes back at once, it may be behind a rib. Steps of surfaces are smaller.
+_BACK: Final = 0.5
 
 
 def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
     """VP056: the sign of one component of a tool axis is in doubt; one finding a program.
 
     With the other sign, the axis is that of two cuts before and two after it, and these agree. The tip stays where it
-    is along that component: it does not go to another flank.
+    is along that component: it does not go to another flank, nor to the other side of a rib.
     """
     found: Finding | None = None
     for begin, end in iterate_blocks(len(moves), from_move):
@@ -62,7 +64,8 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
             other = own[row].copy()
             other[component] *= -1.0
             at = _BESIDE + row
-            aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
-            if aside <= _ASIDE and all(one[row] @ other > _AGREES for one in beside):
+            aside = tip[[at - 1, at + 1], component] - tip[at, component]
+            is_back = (aside > _BACK).all() or (aside < -_BACK).all()
+            if not is_back and np.abs(aside).max() <= _ASIDE and all(one[row] @ other > _AGREES for one in beside):
                 yield at, component
                 break
