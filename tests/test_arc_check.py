@@ -117,6 +117,8 @@ AXES = {
     [
         ("siemens", "++++-++++", [5]),
         ("siemens", "++++_++++", []),  # the other flank, and back
+        ("aptcl", "++++i++++", []),  # the other side of a rib
+        ("aptcl", "++++~++++", [5]),
         ("aptcl", "++++-++++", [5]),
         ("siemens", "++++++++", []),
         ("siemens", "++++----", []),  # the other wall
@@ -127,7 +129,7 @@ AXES = {
 )
 def test_a_tool_axis_with_a_wrong_sign(dialect: str, signs: str, doubtful: list[int]) -> None:
     """B3=-0.5 in one line was followed to the other side of the part and back."""
-    values = {"+": (".5", 0), "-": ("-.5", 0), "_": ("-.5", -20)}
+    values = {"+": (".5", 0), "-": ("-.5", 0), "_": ("-.5", -20), "i": ("-.5", -2), "~": ("-.5", -0.3)}
     lines = [AXES[dialect].format(at, *values[sign]) for at, sign in enumerate(signs)]
     first = "G1 F400" if dialect == "siemens" else "FEDRAT/400,MMPM"
     head = {

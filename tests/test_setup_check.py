@@ -1353,6 +1353,15 @@ def test_feeds_and_speeds_in_another_unit_are_told(cuts, line, said):
     assert all(said in text for _at, text in told)
 
 
+#: Remarks of tools in the words of five languages, and the diameter where they cut, mm.
+TAPERED = (
+    ("CENTER DRILL D=10", 3.15), ("CSINK D=20", 5.0), ("D=6 V-BIT", 0.2),
+    ("D=10. KEGELSENKER", 3.0), ("D=12 NC-ANBOHRER 90GRAD", 2.0), ("D=8 GRAVIERSTICHEL", 0.5), ("D=16 ENTGRATER", 1.0),
+    ("D=8 GEWINDEBOHRER M8", 6.8), ("D=10 FORET A CENTRER", 3.0), ("D=12 FRAISE A CHANFREINER", 2.0),
+    ("D=10 PUNTA DA CENTRO", 3.0), ("D=20 SVASATORE", 4.0), ("D=10 BROCA DE CENTRAR", 3.0), ("D=16 AVELLANADOR", 5.0),
+)  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("dialect", "remark", "call", "diameter", "said"),
     [
@@ -1383,6 +1392,8 @@ def test_feeds_and_speeds_in_another_unit_are_told(cuts, line, said):
             "",
         ),  # an entry of the tool table
         ("rs274", "(T1 D=12. TAPER=45. - ENGRAVER)", "T1 M6", 1.0, ""),  # the width where it cuts
+        *(("rs274", f"(T1 {text})", "T1 M6", size, "") for text, size in TAPERED),
+        ("rs274", "(T1 D=12. SCHAFTFRAESER)", "T1 M6", 10.0, "tool 1: a diameter of 10 mm is not the 12 mm that"),
         ("rs274", "(T1 D1 - FLAT END MILL)", "T1 M6", 2.0, ""),  # an entry of the tool table
         # two diameters, and those of other parts of the tool
         ("rs274", "(T1 CHAMFER MILL D=12. D1=6.)", "T1 M6", 6.0, ""),

@@ -645,6 +645,10 @@ FANUC_CALL = "%\nO1\nT1 M6\nG21 G17 G90 G94 G40 G80 G54 {}\nG43 H1 G0 X0. Y0. Z4
         # a system of the file, of which a later cut of the program is the first
         ("a.nc", FANUC_CALL.format("S9 M3", "G1 X10. F500.\n", ""), "O2001.nc", "O2001\nG0 X3. Y1.\nG55\nM99\n",
          (6, 6, "VP033", "O2001.nc, line 3: G55 has no place on the table"), ()),
+        # the line of the program has the number of one in the file
+        ("a.mpf", OF_SIEMENS.replace("SLOT", "TRAORI\nG1 X1 A3=0 B3=0.1 C3=999 F500\nSLOT"), "SLOT.SPF",
+         "PROC SLOT(REAL L)\n;\n;\n;\n;\n;\nX2 A3=0 B3=0.1 C3=1\nRET\n",
+         (7, 7, "VP505", "A3= B3= C3= have the length 999 here and 1.00499 in SLOT.SPF, line 7: is a"), ()),
         # what is to be written stands in the program
         ("a.nc", FANUC_CALL.format("", "", ""), "O2001.nc", "O2001\nG1 Z4. F500.\nX5.\nM99\n",
          (6, 6, "VP050", "O2001.nc, line 2: the spindle does not turn in 2 moves"), ("M3", 3)),
@@ -723,6 +727,19 @@ def test_a_finding_beside_a_called_file_has_the_line_of_its_own_text(
             "SLOT.SPF",
             "PROC SLOT(REAL L)\nG1 Z=110 F5000\nX=L\nX=IC(9) F2.5\nRET\n",
             {"VP505": "line 4: F is 2.5 mm/min here"},
+        ),
+        # a word that lasts stood at such a word of the program, and the length of a tool axis beside another line
+        (
+            OF_RS274.replace("o100 call\n", "G64 P0.01\no100 call\nG1 X3 F500\nY9\n"),
+            "100.ngc",
+            "o100 sub\nG64 P50\no100 endsub\n",
+            {"VP505": "line 2: corners may be off by 50 mm from line 8 on"},
+        ),
+        (
+            OF_SIEMENS.replace("SLOT", "TRAORI\nG1 X1 A3=0 B3=0.1 C3=1 F500\nSLOT"),
+            "SLOT.SPF",
+            "PROC SLOT(REAL L)\n;\n;\n;\n;\nG1 X2 A3=0 B3=0.1 C3=999\nG1 X2 A3=0 B3=0.1 C3=1\nRET\n",
+            {"VP505": "line 6: A3= B3= C3= have the length 999 here and 1.00499 in line 7: is"},
         ),
         # the element before a corner is drawn when the next line is executed
         (

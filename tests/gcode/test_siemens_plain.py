@@ -196,6 +196,9 @@ def test_tool_axes_without_traori_are_told_of_any_number_of_lines(monkeypatch, w
         ("A3=1 B3=0 C3=3", 1.0, None),
         ("A3=50 B3=0 C3=70", 1.0, None),
         ("A3=1 B3=0 C3=-1730.5", 2000.0, None),  # such a post
+        ("A3=0 B3=0 C3=1000", 1.0, None),  # the same direction with a point
+        ("A3=0 B3=100 C3=900", 1.0, None),  # two long numbers
+        ("TRAFOOF\nTRAORI\nX1 A3=0 B3=1 C3=1000\nTRAFOOF\nTRAORI", 1.0, None),  # an operation of its own
     ],
 )
 def test_a_tool_axis_that_has_lost_a_point_is_told(monkeypatch, least, wrong, size, at):

@@ -34,13 +34,16 @@ _SLACK_DEG: Final = 0.5
 _TIMES_STEP: Final = 3.0
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
 _ASIDE: Final = 5.0
+#: mm: where it goes farther and comes back at once, it may be behind a rib. Steps of surfaces are smaller.
+_BACK: Final = 0.5
 
 
 def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
     """VP056: the sign of one component of a tool axis is in doubt; one finding a program.
 
     With the other sign, the axis is between those of the cuts before and after it, and two on either side turn little
-    from one to the next. The tip stays where it is along that component: it does not go to another flank.
+    from one to the next. The tip stays where it is along that component: it does not go to another flank, nor to the
+    other side of a rib.
     """
     found: Finding | None = None
     for begin, end in iterate_blocks(len(moves), from_move):
@@ -118,8 +121,9 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
         for component in range(3):
             other = own[row].copy()
             other[component] *= -1.0
-            aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
-            if aside <= _ASIDE and middle[row] @ other > _AGREES:
+            aside = tip[[at - 1, at + 1], component] - tip[at, component]
+            is_back = (aside > _BACK).all() or (aside < -_BACK).all()
+            if not is_back and np.abs(aside).max() <= _ASIDE and middle[row] @ other > _AGREES:
                 yield at, component
                 break
 

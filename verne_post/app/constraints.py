@@ -47,7 +47,7 @@ def _check_contour(
         from verne_post.app.unit_check import report_doubtful_units
 
         found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
-        found = report_doubtful_units(program.machine, program.options, found)
+        found += report_doubtful_units(program.machine, program.options)
     return bounds, found
 
 

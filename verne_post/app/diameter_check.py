@@ -24,8 +24,18 @@ _PARTS: Final = re.compile(
     r"\b(?:SHANK|SHAFT|NECK|TIP|CHAMFER|PILOT|STEP|HOLDER|BODY|SCHAFT|HALS|SPITZE|FASE|FASEN\w*|STUFEN\w*)\b",
     re.IGNORECASE,
 )
-#: Tools that do not cut with their largest diameter: the set-up may have that where they cut.
-_TAPERED: Final = re.compile(r"\b(?:TAPER|ENGRAV|COUNTERS|DOVETAIL|THREAD|TAP\b|FORM|SPOT|CONE|CONICAL)", re.IGNORECASE)
+#: Words of tools that do not cut with their largest diameter: the set-up may have that where they cut.
+_TAPERED_BY_LANGUAGE: Final = {
+    "English": r"\bTAPER|\bENGRAV|\bCOUNTERS|\bC-?SINK|\bCSK\b|\bCENT(?:ER|RE)[ -]?DRILL|\bDOVETAIL|\bTHREAD|\bTAP\b"
+    r"|\bFORM|\bSPOT|\bCONE|\bCONICAL|\bDE-?BURR|\bV[ -]?(?:BIT|CARV|CUTTER)",
+    "German": r"KEGEL|\bKONUS|\bKONISCH|SENKER|ANBOHR|ZENTRIER|\bGRAVIER|STICHEL|ENTGRAT|GEWINDE|SCHWALBENSCHWANZ",
+    "French": r"\bCONIQUE|\bFRAISURE|CHANFREIN|\bCENTR(?:ER|AGE)|\bPOINTE[RU]|\bGRAV(?:ER|EUR|URE|OIR)|BAVUR|\bTARAUD"
+    r"|\bFILETE?R|\bARONDE",
+    "Italian": r"\bCONIC[AO]|\bSVASA|\bCENTR(?:O\b|INO|ATORE)|\bINCI[DS]|\bSBAVA|\bSMUSS|\bMASCHI|\bFILETTA|\bRONDINE",
+    "Spanish": r"\bC\u00d3NIC[AO]|AVELLANA|\bCENTR(?:AR|OS)|\bPUNTEA|\bGRABA|\bDESBARBA|\bREBABA|\bCHAFL|\bMACHO"
+    r"|\bROSCA|\bMILANO",
+}
+_TAPERED: Final = re.compile("|".join(_TAPERED_BY_LANGUAGE.values()), re.IGNORECASE)
 _CORRECT_DIAMETER: Final = (
     "Correct the diameter in the set-up or the tool table, or the remark. No action is needed if both are meant."
 )

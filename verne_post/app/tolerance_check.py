@@ -34,7 +34,8 @@ def check_tolerances(source: Text, moves: Moves, path: ToolPath, first: int) -> 
                 cut = cut[moves.control[cut] == number]
                 if len(cut):
                     line = int(moves.line[cut[0]])
-                    at, column = _find_word(source, line, name) or (line, None)
+                    called_line = moves.control_lines[number] if moves.control_lines else 0
+                    at, column = (called_line, None) if called_line else _find_word(source, line, name) or (line, None)
                     where = "here, because the program says so" if at == line else f"from line {line} on"
                     text = (
                         f"corners may be off by {value:g} {plausible.unit} {where}: no {plausible.whose} has a "

@@ -1,7 +1,6 @@
 """Meshes of fixtures and of the stock that are far larger than the table, and fit on it in another unit."""
 
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -16,34 +15,19 @@ from verne_post.part.stl import read_stl
 _TIMES_TABLE: Final = 2.0
 
 
-def report_doubtful_units(machine: Machine, options: Options, found: Sequence[Finding]) -> list[Finding]:
-    """Findings with VP505 for meshes whose unit is doubtful: an error in place of the contacts, where there are some.
-
-    A mesh that is so large and touches nothing has a warning: it may stand where it is not, in its own unit.
-    """
-    left, doubts = list(found), list[Finding]()
-    for key, code, body, text in _list_doubtful(machine, options):
-        is_own = re.compile(rf"(?<!\w){re.escape(body.name)}(?!\w)")
-        contacts = [item for item in left if item.code == code and is_own.search(item.message)]
-        touches = any(item.severity == "error" for item in contacts)
-        if touches:
-            left = [item for item in left if item not in contacts]
-        text += "; its contacts are not listed" if touches else ""
-        severity = "error" if touches else "warning"
-        doubts.append(make_finding("VP505", f"{key}.unit: {text}; did you mean mm?", severity=severity))
-    return [*doubts, *left]
-
-
-def _list_doubtful(machine: Machine, options: Options) -> Iterator[tuple[str, str, FixtureMesh, str]]:
-    """Key in the set-up, code of contacts, body, and what is doubtful."""
-    bodies = [(f"keep_out.{body.name}", "VP215", body) for body in options.keep_out]
+def report_doubtful_units(machine: Machine, options: Options) -> Iterator[Finding]:
+    """VP505 for meshes whose unit is doubtful: they may stand where they are not, or they are meant."""
+    bodies = [(f"keep_out.{body.name}", body) for body in options.keep_out]
     diameter = 2.0 * machine.table_radius
-    for key, code, body in (*bodies, ("stock", "VP216", options.stock)):
+    for key, body in (*bodies, ("stock", options.stock)):
         if not isinstance(body, FixtureMesh) or body.unit == "mm" or body.shown.lower().rstrip(")").endswith(".npz"):
             continue  # of the units, mm is the smallest
         vertices = read_stl(body.raw, body.shown, body.unit).vertices
         size = float(np.ptp(vertices, axis=0).max())
         size_in_mm = size / UNITS[body.unit]
         if size > _TIMES_TABLE * diameter >= _TIMES_TABLE * size_in_mm:
-            text = f"read in {body.unit}, {body.shown} is {size:.4g} mm long, and the table {diameter:g} mm wide"
-            yield key, code, body, text
+            text = (
+                f"{key}.unit: read in {body.unit}, {body.shown} is {size:.4g} mm long, and the table {diameter:g} mm "
+                "wide; did you mean mm?"
+            )
+            yield make_finding("VP505", text)

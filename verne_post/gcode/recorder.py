@@ -161,6 +161,8 @@ class Recorder(Struct):
     arcs: list[Arc] = field(default_factory=list)
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
+    #: The lines that first say how corners are passed, while another file is executed; 0 in the program itself.
+    control_lines: dict[PathControl, int] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
     #: Warnings by line, counted in its own file, and code: of a line that is executed again, they are counted.
     warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
@@ -265,6 +267,11 @@ class Recorder(Struct):
             if column is not None:
                 self.system_columns[system] = column
                 self.has_word_numbers |= column < 0
+
+    def note_control(self, control: PathControl) -> None:
+        """A line that is executed says how corners are passed."""
+        place = self.lines.place
+        self.control_lines.setdefault(control, 0 if place is None else self.lines.number(place.line))
 
     def find_system_columns(self, find_column: Callable[[int], int | None]) -> None:
         """Put the columns of a line in place of the numbers of its words, which are below 0."""
@@ -624,6 +631,7 @@ class Recorder(Struct):
             splines=self.splines.freeze(),
             frames=tuple(self.frames),
             controls=tuple(self.controls),
+            control_lines=tuple(self.control_lines.get(one, 0) for one in self.controls),
             events=tuple(self.events),
             start=np.array(start, dtype=float),
             start_frame=first_frame,

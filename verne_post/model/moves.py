@@ -433,6 +433,7 @@ class Moves(Struct, frozen=True):
     #: part that is; None where the program leaves C open.
     fixes_c: int | None = None
     placed_systems: frozenset[int] = frozenset()  #: Work systems to which the program gives an origin.
+    control_lines: tuple[int, ...] = ()  #: Where called files say so, the line of each control; 0 elsewhere.
     system_lines: Mapping[int, int] = field(
         default_factory=dict
     )  #: Work system -> the first line that selects it, in its own file.

@@ -369,6 +369,7 @@ class Machining:
     def set_path_control(self, control: PathControl) -> None:
         """How corners are passed from here on."""
         self.state.control = control
+        self.recorder.note_control(control)
 
     # --- motion ------------------------------------------------------------------------------------
 

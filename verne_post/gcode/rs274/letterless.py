@@ -19,9 +19,10 @@ _WORD: Final = re.compile(
 )
 _PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
 _DIGITS_OF_CODES: Final = 2
-#: A word, and a number behind a blank.
+#: A word, the name of a parameter or what it becomes, and a number behind a blank.
 _WORD_AND_NUMBER: Final = re.compile(
-    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])[ \t]*+(?P<own>[-+]?+[ \t]*+[0-9.]++)[ \t]++"
+    r"\([^()]*\)?|;.*|(?P<letter>[A-Z]|[A-Z]?#|#(?:[0-9]++|<[^<>]*+>)[ \t]*+=)"
+    r"[ \t]*+(?P<own>[-+]?+[ \t]*+[0-9.]++)[ \t]++"
     r"(?P<number>(?:[-+][ \t]*+)?[0-9.]++)(?P<more>(?:[ \t]++[0-9.]++)*+)(?![ \t]*+\])",
     re.IGNORECASE,
 )
@@ -157,6 +158,9 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
         word, number = f"{match['letter']}{''.join(match['own'].split())}", match["number"]
         letter, begin, end = match["letter"].upper(), match.start() + 1, match.end("number")
         is_of_block = letter == "N"
+        is_sum = number[0] in "+-" and re.match(r"[-+][ \t]", match["own"]) is not None  # X- 5 + 3 lacks its brackets
+        if is_sum or (letter[0] == "#" and not number.isdigit()):
+            continue
         behind = _LETTER_AND_DIGITS.match(rest) if len(number) == 1 and number.isdigit() else None
         # of Z6 0I0 the blank is one place too early
         is_one = behind is not None and number == "0"
@@ -171,9 +175,17 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
         if behind is not None and not is_one:
             wrong, right = f"{number}{behind[0]}", f"{behind[1]}{number}{behind[2]}"
             message = f"{wrong}: a digit before its letter, which is read as {word}{number}; {right} may be meant"
+            if behind[1] in "Hh" and f"{word}{number}".upper() in ("G43", "G44"):
+                wrong, right = f"{match[0]}{behind[0]}", f"{word}{number} {behind[0]}"
+                message = f"{wrong}: a blank in a number, which is read as {word}{number}; write {right}"
             edit = Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True)
-            error = ProgramError("VP001", message, match.start("number") + 1, edits=(edit,))
+            error = ProgramError("VP001", message, text.index(wrong, match.start()) + 1, edits=(edit,))
             yield Divided(letter, begin, match.end() + behind.end(), error)
+            continue
+        if number == ".":
+            message = f"{match[0]}: a blank in a number, which is read as {word}.; write {word}"
+            edits = write_words(match[0], word, line=line)
+            yield Divided(letter, begin, end, ProgramError("VP001", message, begin, edits=edits))
             continue
         if is_of_block:
             message = f"{match[0].strip()}: {_AS_NUMBER}"
@@ -181,8 +193,10 @@ def find_divided(text: str, line: int = 0) -> Iterator[Divided]:
             message = f"{number}: a number without a letter before it"
         else:
             message = f"{match[0].strip()}: blanks mean nothing in a number, so that this is {word}{number}"
-        letters = list_letters(letter, word[1:], number, rest)
-        is_one = number.isdigit() and (not letters or re.fullmatch(r"0\d+", number) is not None)
+        letters = [] if letter[0] == "#" else list_letters(letter[0], "".join(match["own"].split()), number, rest)
+        # codes have a zero before their digit, and places have none
+        is_code = letters[:1] in (["G"], ["M"]) and re.fullmatch("0[1-9]", number) is not None
+        is_one = number.isdigit() and (not letters or (number[0] == "0" and len(number) > 1 and not is_code))
         if is_one:
             edits = write_words(match[0], f"{word}{number}", line=line, is_choice=True)
             message += f"; write {word}{number} without the blank"

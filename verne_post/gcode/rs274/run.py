@@ -169,11 +169,18 @@ class _BlockRun:
                 _find_columns_of_warnings(warnings, first, chunk.read_raw(row))
             if interpreter.recorder.has_word_numbers:
                 interpreter.recorder.find_system_columns(partial(find_word_column, decode_line(chunk.read_raw(row))))
-        if errors:  # what is missing beside them may be in what was left out
-            for key in [key for key in list(warnings)[first:] if key[1] in (*OF_WORDS, "VP001")]:
-                del warnings[key]
         for found in errors:
             _find_column(found, chunk.read_raw(row))
+        if errors:  # what is missing beside them may be in what was left out; the number of a block is in no word
+            divided = next(find_divided(decode_line(chunk.read_raw(row)), line), None)
+            is_beside = (
+                divided is not None
+                and divided.letter == "N"
+                and all((error.column or 0) > divided.end for error in errors)
+            )
+            codes = OF_WORDS if is_beside else (*OF_WORDS, "VP001")
+            for key in [key for key in list(warnings)[first:] if key[1] in codes]:
+                del warnings[key]
         flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
         if errors:
             errors = self._drop_following(errors, text, line, is_lost=is_lost)

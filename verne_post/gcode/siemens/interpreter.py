@@ -24,7 +24,7 @@ from verne_post.gcode.siemens.auxiliary import SiemensAuxiliary
 from verne_post.gcode.siemens.corners import WORDS as CORNERS
 from verne_post.gcode.siemens.frame_words import SiemensFrameWords
 from verne_post.gcode.siemens.modes import ARC_FEEDS, Modes
-from verne_post.gcode.siemens.motion import DIRECTIONS, SiemensMotion
+from verne_post.gcode.siemens.motion import DIRECTIONS, NO_VECTOR, SiemensMotion
 from verne_post.gcode.siemens.places import SiemensPlaces
 from verne_post.gcode.siemens.slips import propose_code
 from verne_post.gcode.siemens.splines import SiemensSplines
@@ -220,6 +220,7 @@ class SiemensInterpreter:
         if not on and self.state.tool_axis is not None and self.modes.frames.swivel.is_identity:
             self.settle_vector()
         self.modes.tcp = on
+        self.motion.last_vector = NO_VECTOR
         self.recorder.say_tcp(True)
         self.motion.set_chain()
 

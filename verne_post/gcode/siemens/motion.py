@@ -33,6 +33,8 @@ DIRECTIONS: Final = ("DC", "ACP", "ACN")
 _NO_DIRECTIONS: Final[Mapping[int, str]] = {}
 #: A rotary axis that is sent nearer to where it stands than this (deg) does not turn.
 _STANDS: Final = 1e-9
+#: Before the first A3= B3= C3= after TRAORI: a tool axis, and no line.
+NO_VECTOR: Final[tuple[Array, int]] = np.array([0.0, 0.0, 1.0]), 0
 #: Scales of two axes that differ by less than this share are equal: circles stay circles.
 _ALIKE: Final = 1e-9
 
@@ -70,7 +72,8 @@ class SiemensMotion:
         self._split = Split()
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
-        self.last_vector = (1.0, 0)  #: Length and line of the last A3= B3= C3=; line 0 before the first.
+        #: The last A3= B3= C3= (3,) since TRAORI, and its line in its own file; line 0 before the first.
+        self.last_vector = NO_VECTOR
         self.last_cut = 0  #: Line of the last motion if X, Y or Z of the machine cut in it, else 0.
         self._is_length_told = False  #: The axis along which a tool length acts in G18 and G19.
         self._first_place = 0  #: Line of the first X, Y, Z after the last turn of the table without TRAORI, else 0.

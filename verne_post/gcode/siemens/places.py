@@ -23,8 +23,9 @@ _FULL_TURN: Final = 360.0
 #: Tool axes may have any length but none.
 NO_AXIS: Final = 1e-6
 #: So many times longer is a tool axis, than one beside it, of which a number has lost its point: posts write three
-#: decimals and more.
+#: decimals and more. Its other numbers fit in nearly the length of the one beside it.
 LOST_POINT: Final = 100.0
+_NEARLY: Final = 1.5
 
 
 class SiemensPlaces:
@@ -188,7 +189,7 @@ class SiemensPlaces:
                 "A3= B3= C3= with ORIMKS under a programmable frame count in directions of the machine; write ORIWKS, "
                 "or leave the frame out",
             )
-        self._compare_with_last(size, words.line, first.column)
+        self._compare_with_last(vector, self.motion.recorder.lines.find_own(words.line), first.column)
         missing = [name for name, word in zip(("A3", "B3", "C3"), given, strict=True) if word is None]
         if "C3" in missing or (missing and abs(size - 1.0) > VECTOR_LENGTH):
             text = (
@@ -198,17 +199,21 @@ class SiemensPlaces:
             self.motion.recorder.warn("VP044", text, words.line, first.column)
         return vector / size
 
-    def _compare_with_last(self, size: float, line: int, column: int) -> None:
-        """VP505: a tool axis is far longer than the one before or behind it: a number has lost its point."""
-        (size_before, line_before), self.motion.last_vector = self.motion.last_vector, (size, line)
-        if not line_before or 1.0 / LOST_POINT < size / size_before < LOST_POINT:
-            return
-        text = "A3= B3= C3= have the length {:.6g} here and {:.6g} in line {}: is a decimal point missing?"
-        if size > size_before:
-            self.motion.recorder.warn("VP505", text.format(size, size_before, line_before), line, column)
-        elif not self._is_long_told:
-            self.motion.recorder.warn("VP505", text.format(size_before, size, line), line_before, None)
-        self._is_long_told = size > size_before
+    def _compare_with_last(self, vector: Array, line: int, column: int) -> None:
+        """VP505: one number of a tool axis is far longer than the axis before or behind it: it has lost its point."""
+        (before, line_before), self.motion.last_vector = self.motion.last_vector, (vector, line)
+        size, size_before = float(measure_length(vector)), float(measure_length(before))
+        is_longer = size > size_before
+        long, short = (vector, size_before) if is_longer else (before, size)
+        rest = float(measure_length(np.where(np.arange(3) == np.argmax(np.abs(long)), 0.0, long)))
+        # alone, a number gives the same direction with its point
+        if line_before and NO_AXIS < rest <= _NEARLY * short and max(size, size_before) >= LOST_POINT * short:
+            text = "A3= B3= C3= have the length {:.6g} here and {:.6g} in line {}: is a decimal point missing?"
+            if is_longer:
+                self.motion.recorder.warn("VP505", text.format(size, size_before, line_before), line, column)
+            elif not self._is_long_told:
+                self.motion.recorder.warn("VP505", text.format(size_before, size, line), line_before, None)
+            self._is_long_told = is_longer
 
     # --- centres of arcs --------------------------------------------------------------------------------
 

@@ -68,8 +68,8 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> int | Non
         return None
     if has_vectors:
         assert chunk.lines.offsets is not None
-        size = float(measure_length(chunk.lines.offsets[stretch - 1]))
-        to.motion.last_vector = size, flow.calls.shown_line or line + stretch - row - 1
+        own_line = to.core.recorder.lines.number(line + stretch - row - 1)
+        to.motion.last_vector = chunk.lines.offsets[stretch - 1, :3].copy(), own_line
     to.modes.motion = _CODES[view.motion or 0]
     for axis in [axis for axis in to.motion.places_before if chunk.lines.row[stretch - 1, axis] >= row]:
         del to.motion.places_before[axis]
@@ -104,7 +104,7 @@ def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int,
     sizes = measure_length(lines.offsets[first:last])
     other = ~(sizes >= NO_AXIS)  # a component that is missing is NaN
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = sizes / np.append(to.motion.last_vector[0], sizes[:-1])
+        ratio = sizes / np.append(measure_length(to.motion.last_vector[0]), sizes[:-1])
     other |= ~((ratio < LOST_POINT) & (ratio > 1.0 / LOST_POINT))
     return first + int(np.argmax(other)) if other.any() else last
 
