@@ -826,7 +826,7 @@ def test_options_are_written_once() -> None:
         assert (
             options.find_key(name) in record
             or name in ("source_name", "setup_source", "setup_file", "command_words", "subroutine_files", "jobs")
-            or name == "replaced_tools"
+            or name in ("replaced_tools", "setup_machine")
         )
 
 

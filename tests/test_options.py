@@ -325,6 +325,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "source_name": lambda value: value if type(value) is str else REFUSED,
     "subroutine_files": file_names,
     "setup_source": lambda value: value if type(value) is str else REFUSED,
+    "setup_machine": lambda value: value if type(value) is str else REFUSED,
     "setup_file": lambda value: value if type(value) is str else REFUSED,
     "command_words": list_of_texts,
     "unmeasured_wcs": marked_systems,

@@ -213,8 +213,13 @@ def test_the_machine_is_no_part_of_a_set_up_and_is_named_where_it_belongs(
     assert "--machine ac_trunnion" in written.read_text()
     fill(written)
     other = run("check", "part.mpf").out
+    said = "the set-up was written for AC trunnion, y on the part side, and the machine in use is VERNE; give "
+    assert f"part.mpf: VP505 warning: {said}--machine, as the remark in the set-up says\n" in other
+    assert f"{said}machine, as the remark in the set-up says" in [one.message for one in vp.check(program).findings]
     Path("verne-post.toml").write_text(key)
-    assert run("check", "part.mpf").out == run("check", "part.mpf", "--machine", "ac_trunnion").out != other
+    right = run("check", "part.mpf").out
+    assert right == run("check", "part.mpf", "--machine", "ac_trunnion").out != other
+    assert "was written for" not in right
     written.write_text(key)
     refused = run("check", "part.mpf")
     assert (refused.code, f"write {key} in the settings file verne-post.toml" in refused.out) == (2, True)

@@ -18,7 +18,7 @@ from verne_post.app.axis_check import check_normals, check_rotary_words
 from verne_post.app.diameter_check import check_diameters
 from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
 from verne_post.app.row_format import find_drives
-from verne_post.app.setup_check import check_setup
+from verne_post.app.setup_check import check_machine_of_setup, check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import add_table, lay_out
 from verne_post.app.tolerance_check import check_tolerances
@@ -313,6 +313,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     turns = report_table_turns(path, moves, machine)
     from_move = 0 if restart is None else restart.move
     checked = [
+        *check_machine_of_setup(machine, options),
         *check_setup(moves, path, machine, options, from_move),
         *check_normals(source, moves, machine.coordinates, from_move),
         *check_diameters(source, moves, options),

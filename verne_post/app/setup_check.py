@@ -24,6 +24,7 @@ from verne_post.app.spindle_check import (
 )
 from verne_post.base.arrays import Ints
 from verne_post.base.columns import iterate_blocks
+from verne_post.base.printable import make_printable
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
@@ -80,6 +81,17 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         return [called.place(one) for one in _find_all(moves.count_own_lines(), path, machine, options, from_move)]
     except InputError as error:
         raise InputError(*(called.place(one) for one in error.findings)) from None
+
+
+def check_machine_of_setup(machine: Machine, options: Options) -> Iterator[Finding]:
+    """Warn of a set-up that was written for another machine (VP505): places and lengths may count from other points."""
+    if options.setup_machine not in ("", make_printable(machine.name)):
+        yield make_finding(
+            "VP505",
+            f"the set-up was written for {options.setup_machine}, and the machine in use is {machine.name}; give "
+            "--machine, as the remark in the set-up says",
+            advice="If the set-up is right for this machine too, delete the remark.",
+        )
 
 
 def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, from_move: int) -> list[Finding]:

@@ -89,10 +89,10 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
         text = f"{head}\n{''.join(told)}{rest}"
     named = given["machine_name"]
     if named is not None and base is None:  # nothing in the file would say so to the next command
-        key = f"machine = {json.dumps(named)}"
+        from verne_post.config.program_setup import describe_machine
+
         head, rest = text.split("\n", 1)
-        note = f"# for --machine {make_printable(named)}: each command needs it, or {key} in verne-post.toml"
-        text = f"{head}\n{note}\n{rest}"
+        text = f"{head}\n{describe_machine(machine.name, named)}{rest}"
     if base is None or output != base or text != before:
         files.write(output, _READ if output == base else "-o", [text])
     print_findings(name, others, source)

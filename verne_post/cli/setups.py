@@ -121,6 +121,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     control = tuple(setup.control for setup in setups)
     replaced = tuple(key for key in above if key in own)
     merged = {**given, **below, **above, "replaced_tools": tool_places}
+    merged["setup_machine"] = next((setup.machine for setup in reversed(setups) if setup.machine), "")
     return Placed(merged, tuple(offsets), keep_out, stock, part, source, named, remap, control, replaced)
 
 

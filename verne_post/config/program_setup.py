@@ -1,13 +1,15 @@
 """The set-up of a program: work offsets, tools, fixtures, options, in a file beside it or in the settings file."""
 
+import json
+import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal
 
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct, field, structs
 
 from verne_post.base.file_kinds import describe_kind
-from verne_post.base.printable import quote_key
+from verne_post.base.printable import make_printable, quote_key
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, PartFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
@@ -105,6 +107,17 @@ Place = Annotated[float, Meta(ge=-MAX_PLACE, le=MAX_PLACE)]
 FileName = Annotated[str, Meta(min_length=1)]
 
 
+#: The remark of :func:`describe_machine`, and in it the name of the machine.
+_MADE_FOR: Final = re.compile(rb"^# for the machine (.+): each command needs --machine ", re.MULTILINE)
+
+
+def describe_machine(name: str, word: str) -> str:
+    """The remark of a set-up on its machine, which only options and settings choose."""
+    shown, word = make_printable(name), make_printable(word)
+    key = f"machine = {json.dumps(word)}"
+    return f"# for the machine {shown}: each command needs --machine {word}, or {key} in verne-post.toml\n"
+
+
 class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
 
@@ -155,6 +168,7 @@ class ProgramSetup(Struct, frozen=True):
     keep_out: Mapping[str, FixtureFile] = field(default_factory=dict)  #: By name.
     stock: FixtureFile | None = None
     part: PartFile | None = None
+    machine: str = ""  #: Name of the machine that it was written for, where it says so.
     remap: Mapping[str, str] = field(default_factory=dict)  #: Meaning of user-defined codes.
     #: Keys by controller dialect, as the option ``control`` has them.
     control: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -190,7 +204,10 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
         raise make_input_error("VP503", f"{name}: {why}") from None
     if "schema" in data:
         raise make_input_error("VP503", f"{name}: {describe_kind(raw, 'a set-up')}")
-    return read_setup_table(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
+    remedy = "" if named else f"put it there, or give --setup {path}"
+    said = _MADE_FOR.search(raw)
+    machine = "" if said is None else said[1].decode("utf-8", "replace")
+    return structs.replace(read_setup_table(data, name, path.parent, remedy=remedy), machine=machine)
 
 
 def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *, remedy: str) -> ProgramSetup:
@@ -283,7 +300,16 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     if tools:
         options["tools"] = tools
     return ProgramSetup(
-        shown, options, wcs, frozenset(to_measure), files, file.keep_out, file.stock, file.part, remap, control
+        shown,
+        options,
+        wcs,
+        frozenset(to_measure),
+        files,
+        file.keep_out,
+        file.stock,
+        file.part,
+        remap=remap,
+        control=control,
     )
 
 

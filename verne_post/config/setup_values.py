@@ -141,6 +141,7 @@ def lay_over_setup(
             "unmeasured_wcs": {system: name for system, name in to_measure.items() if system not in wcs}
             | options.unmeasured_wcs,
             "replaced_tools": tool_places,
+            "setup_machine": next((file.machine for file in reversed(setups) if file.machine), ""),
             "keep_out": tuple(fixtures.values()),
             "remap": {code: meaning for one in remaps for code, meaning in one.items()},
             "control": merge_keys(*controls),

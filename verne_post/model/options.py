@@ -531,6 +531,9 @@ class Options:
             "The file of the set-up that is to be filled in, in messages; default: that beside the program."
         ),
     ] = ""
+    setup_machine: Annotated[
+        str, _describe_unlisted("Name of the machine that `setup` wrote the set-up of the program for.", Group.SETUP)
+    ] = ""
     command_words: Annotated[
         tuple[str, ...],
         _describe_unlisted("Options of the command line, each with its value, for the commands that messages propose."),
@@ -801,6 +804,7 @@ _WITHOUT_EFFECT: Final = (
     "source_name",
     "setup_source",
     "setup_file",
+    "setup_machine",
     "command_words",
     "replaced_tools",
     "subroutine_files",
