@@ -349,9 +349,9 @@ def _name_unturned_planes(
             lines = bytes(source).split(b"\n")
             left = _list_errors(b"\n".join([*lines[:at], b"G53.1", *lines[at:]]), setup, dialect)
             # what is wrong where the table is turned is another cause
-            moved = {((one.line or 0) - ((one.line or 0) > at), one.code) for one in left}
-            is_cause = moved < {(one.line or 0, one.code) for one in errors}
-            arcs_left[at] = {of for of, code in moved if code == "VP008"} if is_cause else {line}
+            errors_left = {((one.line or 0) - ((one.line or 0) > at), one.code) for one in left}
+            is_cause = errors_left < {(one.line or 0, one.code) for one in errors}
+            arcs_left[at] = {of for of, code in errors_left if code == "VP008"} if is_cause else {line}
         if line in arcs_left[at]:
             found.append(item)
         elif is_first:
