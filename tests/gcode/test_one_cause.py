@@ -740,8 +740,8 @@ HEADS = {
     ("heidenhain", "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE DIST0 FMAX SEQ 1",
      ("VP001", 50, "SEQ without its sign; write SEQ+ or SEQ-, as A is to be positive or negative")),
     ("heidenhain", "M140 MB", ("VP001", 6, "MB without a number; write MB and its value, or MB MAX")),
-    ("heidenhain", "TOOL CALL 11 Z S800", ("VP012", 11, "tool 11: neither the set-up nor the tool table has it; add "
-     "it to one of them, or give tool_length=MM where the program has one tool; did you mean 1?")),
+    ("heidenhain", "TOOL CALL 11 Z S800", ("VP012", 11, "tool 11: no entry in the set-up or the tool table; add "
+     "one, or give tool_length=MM where the program has one tool; did you mean 1?")),
     ("siemens", "FOR I=1 TO 3\nX5\nENDFOR", ("VP025", 5, "I is not defined; write DEF REAL I at the beginning")),
     # contradicting M codes, in each language as in RS274/NGC
     ("fanuc", "G68.2 X0. Y9. Z60. A0. B20. C0.\nG53.1\nG0 X0. Y0. Z9.\nG69", ("VP006", 20, "the angles of G68.2 are I, "

@@ -75,7 +75,7 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
         near = list_near_numbers(str(number), numbers)
         but = f", but {name_near_numbers(str(number), numbers, 'tool ')}" if len(near) > 1 else ""
         also = ONE_TOOL if len(numbers) < _SEVERAL else ""
-        why = f"neither the set-up nor the tool table has it{but}; add it to one of them{also}"
+        why = f"no entry in the set-up or the tool table{but}; add one{also}"
         if len(near) == 1:
             why += f"; did you mean {near[0]}?"
             # Klartext writes the number alone
