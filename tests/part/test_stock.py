@@ -8,10 +8,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import verne_post as vp
 from verne_post.app.stock_check import report_touches
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.findings import InputError
-from verne_post.model.part_setup import Cylinder
+from verne_post.model.part_setup import Cylinder, Tool
 from verne_post.part import cutting
 from verne_post.part.bodies import build_pieces, measure_phi
 from verne_post.part.cutting import Cut, Spans, Touch, cut_stock, group_pieces
@@ -592,3 +593,30 @@ def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
         ("error", 20, 20, 20, cut),
         ("error", 21, 21, 21, cut),
     ]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "system", "z", "said"),
+    [
+        ((-40, -20, -20), (40, 20, 0), 1, -2, None),
+        ((-40, -20, 60), (40, 20, 80), None, -2, None),  # the same place, read from the table
+        ((-40, -20, -20), (40, 20, 0), 1, 0.5, None),  # it scratches the top
+        ((-40, 3, 60), (40, 20, 80), None, -2, None),  # its side cuts, the tip passes at 3 mm
+        ((-40, -20, 0), (40, 20, 30), None, -2, "is 44.0 mm or more away from it; correct G54 or [stock]"),
+        ((-40, -20, -20), (40, 20, 0), None, -2, 'write system = "G54" under [stock] if its numbers are those of'),
+        ((60, -20, -20), (80, 20, 0), 1, -2, "the nearest, of line 7, is 46.0 mm or more away from it"),
+    ],
+)
+def test_a_stock_into_which_no_cut_comes_is_in_doubt(low, high, system, z, said) -> None:
+    """It was kept out of without a word, and so were contacts with the real one."""
+    program = f"G21 G90 G17\nT1 M6\nS900 M3\nG54 G0 X-10. Y0. A0. C0.\nG43 H1 Z20.\nG1 Z{z} F300.\nX10.\nG0 Z20.\nM30\n"
+    options = vp.Options(
+        dialect="fanuc",
+        tools={1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 8.0)},
+        wcs={"G54": (0, 0, 80)},
+        stock=vp.Box("the stock", low, high, system),
+    )
+    findings = vp.check(program, "ac_trunnion", options, limits_only=True).findings
+    found = [item.message for item in findings if item.code == "VP505"]
+    assert len(found) == (said is not None), findings
+    assert all(said in one for one in found)

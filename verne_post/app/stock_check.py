@@ -9,7 +9,9 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.columns import iterate_blocks
 from verne_post.base.ragged import number_parts
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.stopping import check_wanted
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_moving
@@ -20,8 +22,9 @@ from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind
-from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
-from verne_post.model.protocols import TableCoordinates, turn_to_setup
+from verne_post.model.part_setup import TOOL_PARTS, WORK_SYSTEMS, Cylinder, ToolShape, name_system
+from verne_post.model.protocols import TableCoordinates, turn_from_setup, turn_to_setup
+from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import Family, find_family
 from verne_post.part.bodies import build_pieces
 from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
@@ -37,6 +40,9 @@ WIRE: Final = Cylinder("cutter", 0.3)
 AS_LINE: Final = " (the cutter as a thin line: no diameter is given)"
 #: Where the tip goes less than this, mm, the place of a contact is an angle.
 SHORT_WAY_MM: Final = 0.1
+#: A cut that comes so near to the stock, mm, is one that only scratches it; a cutter of unknown radius has this one.
+NEAR_STOCK_MM: Final = 1.0
+UNKNOWN_MM: Final = 10.0
 #: Spans of a program that is out of limits beside contacts with the stock: more are not cut, which may take minutes.
 MOST_OF_REFUSED: Final = 50_000
 #: Poses that are solved at a time.
@@ -65,6 +71,8 @@ def settle_stock(
         return found
     (box,) = boxes
     begun = _check_start(program, joints, keep_out, box)
+    if not (only_first or only_lines) and not any(item.severity == "error" for item in (*begun, *found)):
+        begun += _report_untouched(program, keep_out, box)
     if not any(item.code == "VP216" for item in found):
         return [*begun, *found]
     left = tuple(
@@ -146,6 +154,69 @@ def _check_start(program: Program, joints: JointPath, keep_out: KeepOut, box: Pl
     )
     lines = {"line": line, "last_line": line, "worst_line": line}
     return [make_finding("VP216", text, **lines, value=-depth, limit=0.0, unit="mm")]
+
+
+def _report_untouched(program: Program, keep_out: KeepOut, box: Placed) -> list[Finding]:
+    """VP505 where no cut comes into the stock: it, or the part, stands elsewhere, and contacts are looked for in vain.
+
+    Nothing is cut for it: around each cut, and around the stock, stands an upright box.
+    """
+    options, path = program.options, program.path
+    is_doubted = any(one.code == "VP505" and one.message.startswith(f"{box.name}:") for one in program.findings)
+    if options.from_line is not None or options.air or is_doubted:
+        return []
+    gap, row = _find_gap(program, keep_out, box)
+    if not NEAR_STOCK_MM < gap < np.inf:
+        return []
+    frame = program.moves.frames[program.moves.frame[path.move[row]]]
+    name, number = name_system(frame.system), int(path.number_lines(np.array([row]))[0])
+    remedy = f"correct {name} or [stock]"
+    if not box.with_part and frame.system in WORK_SYSTEMS:
+        origin = np.array(program.machine.find_origin_on_table(frame))
+        there = box.move(turn_from_setup(program.machine.coordinates, origin))
+        if _find_gap(program, keep_out, there)[0] <= NEAR_STOCK_MM:
+            remedy += f', or write system = "{name}" under [stock] if its numbers are those of the program'
+    text = (
+        f"no cut comes into {box.name}: the nearest, of {path.called_lines.name_line(number)}, is {gap:.1f} mm or "
+        f"more away from it; {remedy}"
+    )
+    item = make_finding("VP505", text, line=number, last_line=number, worst_line=number, advice="")
+    return [path.called_lines.place(item)]
+
+
+def _find_gap(program: Program, keep_out: KeepOut, box: Placed) -> tuple[float, int]:
+    """How far the cuts keep from a box at least, mm, and the segment that comes nearest; infinite without cuts.
+
+    The cuts of the first block of segments that reach the box end the search.
+    """
+    path, moving, nearest, at = program.path, keep_out.moving, np.inf, -1
+    for begin, end in iterate_blocks(len(path)):
+        rows = begin + np.flatnonzero((path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0))
+        if not len(rows):
+            continue
+        sizes = np.column_stack([moving.tool[rows], np.round(path.tool_length[rows], 6)])
+        used, tool = np.unique(sizes, axis=0, return_inverse=True)
+        cutters = [build_tool(moving.shapes[int(k)], long, program.machine) for k, long in used.tolist()]
+        heights = np.array([max((piece.high for piece in one.cutter), default=0.0) for one in cutters])
+        radii = [max((piece.radius for piece in one.cutter), default=0.0) + UNKNOWN_MM * one.is_line for one in cutters]
+        height, radius = heights[tool.reshape(-1)], np.array(radii)[tool.reshape(-1)]
+        ends = [path.start[rows], path.end[rows]]
+        axes = [find_axis_of_angles(one[:, 3], one[:, 4]) for one in ends]
+        points = [
+            one[:, :3] + part * height[:, None] * axis for one, axis in zip(ends, axes, strict=True) for part in (0, 1)
+        ]
+        inside = np.array([box.map_inside(one) for one in points])
+        # an arc or a spline stays within half of its length of one of its ends, and a tool that turns within its height
+        bulge = np.where(path.kind[rows] == SegmentKind.LINE, 0.0, 0.5 * path.length[rows])
+        reach = radius + bulge + height * np.linalg.norm(axes[1] - axes[0], axis=1)
+        off = np.maximum(inside.min(axis=0) - box.half, -box.half - inside.max(axis=0)) - reach[:, None]
+        gaps = np.linalg.norm(np.maximum(off, 0.0), axis=1)
+        least = int(gaps.argmin())
+        if gaps[least] < nearest:
+            nearest, at = float(gaps[least]), int(rows[least])
+        if nearest <= NEAR_STOCK_MM:
+            break
+    return nearest, at
 
 
 def _find_last(joints: JointPath, found: list[Finding]) -> int:
