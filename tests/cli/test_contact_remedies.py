@@ -115,7 +115,7 @@ def test_a_call_of_a_file_is_no_cycle(write: Any, run: Callable[..., Any]) -> No
     path = write("call.nc", "G21 G90 G94 G17\nT4 M6\nS2000 M3\nG54\nG0 X0. Y0.\nG43 Z30. H4\nM98 P2001\nG0 Z50.\nM30\n")
     write("O2001.nc", "O2001\nG0 Z-9.\nG1 X9. F500.\nG0 Z40.\nM99\n")
     told = run("explain", f"{path}:7").out
-    assert "VP216 error: the cutter runs into the stock" in told
+    assert "VP216 error: O2001.nc, line 2: the cutter runs into the stock" in told
     assert "within limits: nothing was found\n" in told
 
 
