@@ -25,6 +25,7 @@ from verne_post.model.verdict import (
 )
 from verne_post.output.causes import Cause, count_causes, find_causes
 from verne_post.output.commands import NO_RUN, Run
+from verne_post.output.finding_words import find_span
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -175,7 +176,9 @@ def _quote_line(cause: Cause, source: "Text", program: str, run: Run) -> list[st
     if text is None:
         return [f"    = {text}" for text in also]
     helps = [*also, *list_remedies(item, program, run)]
-    lines = _draw_line(at, text.decode("utf-8", errors="replace"), item.column, helps)
+    line = text.decode("utf-8", errors="replace")
+    span = find_span(item, line, at) if item.called is None else None
+    lines = _draw_line(at, line, None if span is None else span[0] + 1, helps)
     # of a note that says all there is the number of the line is enough
     return lines if item.severity != "note" or helps or item.column is not None else []
 

@@ -11,14 +11,13 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from verne_post.app.python_names import PLACE, replace_options
 from verne_post.base.printable import quote_key
-from verne_post.base.program_lines import find_word, find_word_of
-from verne_post.base.suggestions import MAY_BE_MEANT, find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding, describe, describe_trial
 from verne_post.model.options import spell_flag
 from verne_post.model.verdict import Severity
 from verne_post.output.causes import Cause, describe_other
+from verne_post.output.finding_words import find_span
 
 _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
     "error": lsp.DiagnosticSeverity.Error,
@@ -31,11 +30,6 @@ _ABOUT_FILES: Final = ("VP022", "VP501", "VP503", "VP504")
 _NAMED_IN_TOML: Final = re.compile("not a TOML file: (.+?): ")
 #: Stands before the first character of a text in UTF-8, or does not.
 MARK: Final = "\ufeff"
-#: A word from its column on: a name in quotes, a variable, A=DC(0), letters and a number, a name, or one character.
-_WORD: Final = re.compile(
-    r"\"[^\"]*\"|#+(?:\d+|<[^<>]*>)|[A-Za-z]+[ \t]*=[ \t]*[A-Za-z]+\([^()]*\)"
-    r"|[A-Za-z_]+(?:[ \t]*=?[ \t]*[-+]?[\d.]+)?|[-+]?[\d.]+|."
-)
 
 
 def split_lines(text: str) -> list[str]:
@@ -89,19 +83,8 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
     at = min(item.line or 1, len(lines))
     line = lines[at - 1]
     begin, end = len(line) - len(line.lstrip()), len(line.rstrip())
-    if item.column is not None:
-        begin = min(item.column - 1, len(line))
-        word = _WORD.match(line, begin)
-        end = word.end() if word else begin
-        correction = find_correction(item.message)
-        wrong = next((one.misspelt for one in item.edits if item.message.endswith(f"; {one.value}{MAY_BE_MEANT}")), "")
-        wrong = wrong if correction is None else correction[0]
-        if wrong and line[begin:].upper().startswith(wrong.upper()):
-            end = begin + len(wrong)
-    elif word := _find_own_word(item, line, at):
-        begin, end = word.span()
-    elif item.code == "VP008" and (words := _list_words_of_end(item, line)):
-        begin, end = min(one.start() for one in words), max(one.end() for one in words)
+    if (span := find_span(item, line, at)) is not None:
+        begin, end = span
     elif item.code in _ABOUT_FILES:
         place = find_place("\n".join(lines), cut_file(item.message))
         named = _NAMED_IN_TOML.match(cut_file(item.message))
@@ -111,20 +94,6 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
         else:
             begin, end = place[1:] if place is not None and place[0] == at else (begin, end)
     return lsp.Range(lsp.Position(at - 1, begin), lsp.Position(at - 1, max(begin, end)))
-
-
-def _find_own_word(item: Finding, line: str, at: int) -> re.Match[str] | None:
-    """The word of a finding without a column in its line ``at``: of its axis, or the one that an edit is about."""
-    word = find_word(line, item.axis) if item.axis is not None and len(item.axis) == 1 else None
-    own = (find_word_of(line, *one.word) for one in item.edits if one.line == at and one.word[0])
-    return word or next((one for one in own if one is not None), None)
-
-
-def _list_words_of_end(item: Finding, line: str) -> list[re.Match[str]]:
-    """The words of the end of an arc that is not on its circle, whose axes the message names."""
-    axes = re.search(r"at the start \(([A-Z])\S+ ([A-Z])", item.message)
-    found = (find_word(line, letter) for letter in (axes.groups() if axes is not None else ()))
-    return [one for one in found if one is not None]
 
 
 def make_diagnostic(
