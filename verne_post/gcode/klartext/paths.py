@@ -319,6 +319,6 @@ BUILDERS: Final[Mapping[str, _Builder]] = {
 def _refuse_no_sense(statement: Statement, words: Words, what: str) -> ProgramError:
     """The error (VP005) of an arc without DR; both are offered behind its last coordinate or radius."""
     at = max((words.columns.get(name, -1) for name in _BEFORE_SENSE), default=-1)
-    written = statement.rest[at:].split()[0] if at >= 0 else ""
-    edits = write_words(written, f"{written} DR+", f"{written} DR-") if written[-1:].isdigit() else ()
+    word = statement.rest[at:].split()[0] if at >= 0 else ""
+    edits = write_words(word, f"{word} DR+", f"{word} DR-") if word[-1:].isdigit() else ()
     return statement.error("VP005", f"{what} needs DR+ or DR-", edits=edits)

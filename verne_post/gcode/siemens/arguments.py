@@ -82,8 +82,8 @@ class Arguments(Struct):
     def write_number(self, name: str, value: float) -> tuple[Remedy, ...]:
         """The edit of an error that another number settles, where the call has a number for it."""
         arguments, at = self.call.arguments or (), list(self.names).index(name)
-        written = arguments[at].text.strip() if at < len(arguments) else ""
-        return write_words(written, f"{value:g}") if re.fullmatch(r"[-+]?[\d.]+", written) else ()
+        text = arguments[at].text.strip() if at < len(arguments) else ""
+        return write_words(text, f"{value:g}") if re.fullmatch(r"[-+]?[\d.]+", text) else ()
 
     def refuse_rest(self, harmless: Sequence[str] = ()) -> None:
         """Arguments that were given other than 0, and that nothing has asked for, are not executed."""
