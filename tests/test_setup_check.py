@@ -103,6 +103,7 @@ def test_the_length_of_a_tool_that_the_program_calls_is_no_offset_of_another(fir
     ("change", "before", "said"),
     [
         ("T2 M6", "", "; activate its length (G43 H2) after line 10, or write the rapid in machine coordinates"),
+        ("T2 M6\nG0 X1\nZ70", "", "; activate its length (G43 H2 in line 12, with the first Z), or write the rapid"),
         ("T2 M6\nG43 H2\nG0 Z60", "G49", "; from line 15 on its length is not in force, and no block since then calls"),
     ],
 )
@@ -115,6 +116,10 @@ def test_a_rapid_without_length_after_a_tool_change_lacks_g43(change, before, sa
     (item,) = check(program, "verne", options).findings
     assert (item.code, item.severity) == ("VP034", "error")
     assert said in item.message
+    if "first Z" in said:
+        assert [(one.line, one.word, one.way, one.value) for one in item.edits] == [
+            (12, ("Z", 70.0), "behind", "G43 H2")
+        ]
     assert "--tool-length 0" not in describe_remedy(item, "p.nc")  # it is not what is meant
 
 

@@ -1342,7 +1342,8 @@ def test_a_depth_with_a_digit_too_many_does_not_move_the_part(client: Client, tm
     text = f"{OF_KLARTEXT}{cycle}M30\nEND PGM A MM\n"
     uri = client.open(make_program(tmp_path, text, "a.h", "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90 }\n"))
     (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP210")
-    assert ask_fixes(client, uri, said["range"]["start"]["line"]) == {}
+    made = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert list(made) == ["Write Q201=-22 in place of Q201=-220 in line 4 (no errors then)"]
 
 
 def test_the_hover_says_first_what_the_word_itself_does(client: Client, tmp_path: Path) -> None:

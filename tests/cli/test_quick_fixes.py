@@ -1228,3 +1228,38 @@ def test_mcall_is_not_ended_behind_lines_that_may_be_no_places(
     assert ("before line 8 if line 9 is no place of it" in message) == bool(beside)
     assert (f"{begin}MCALL\n{beside}{rest}MCALL\nCYCLE800()\nM30\n", not beside) in [one[1:] for one in made.values()]
     assert any(preferred for _path, _text, preferred in made.values()) == (not beside)
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "changes"),
+    [
+        ("a.nc", "G1 X10. Y0 Z5. F500\nG3 X5. Y5. I5. J0.", {"Write I-5": ("I5.", "I-5."),
+                                                             "Exchange I and J": ("I5. J0.", "I0. J5.")}),
+        ("a.mpf", "G1 X10 Y0 Z5 F500\nG3 X5 Y5 I5", {"Write I-5": ("I5", "I-5"), "Exchange": ("I5", "J5")}),
+        ("a.mpf", "G1 Z5 F500\nCYCLE83(10,0,2,22,,-5,,2,0,0,1,0)", {"Write -22": ("22", "-22")}),
+        ("a.nc", "G99 G83 X5. Y5. Z22. R3. Q4. F100.\nG80", {"Write Z-22": ("Z22.", "Z-22.")}),
+        ("a.h", "3 L X+0 Y+0 F500\n4 CR X+10 Y+0 R+5 F500", {"Write R+5 DR+": ("R+5", "R+5 DR+"),
+                                                              "Write R+5 DR-": ("R+5", "R+5 DR-")}),
+        ("a.h", "3 L X+0 F500\n4 CC X+5 Y+0\n5 C X+10 Y+0 F500", {"Write Y+0 DR+": ("10 Y+0", "10 Y+0 DR+"),
+                                                     "Write Y+0 DR-": ("10 Y+0", "10 Y+0 DR-")}),
+        ("a.nc", "G55 G0 X1. Y1.\nG1 Z5. F500", {"Write G54": ("G55", "G54")}),
+    ],
+)  # fmt: skip
+def test_an_answer_in_a_message_is_an_edit(
+    inspector: Inspector, tmp_path: Path, name: str, lines: str, changes: dict[str, tuple[str, str]]
+) -> None:
+    """It had to be typed."""
+    head, end = HEADS[f".{name.partition('.')[2]}"]
+    text = f"{head}{lines}\n{end}"
+    found = check(inspector, tmp_path / name, text, SETUP)
+    item = next(one for one in found.findings if one.severity == "error")
+    made = {
+        fix.title: (apply_places(fix), fix.settles)
+        for fix in find_fixes(inspector, found, item, {tmp_path / name: text}, NEVER)
+        if fix.path == tmp_path / name
+    }
+    assert len(made) == len(changes)
+    for (title, change), (each, (new, settles)) in zip(changes.items(), made.items(), strict=True):
+        assert each.startswith(title)
+        assert new == text.replace(lines, lines.replace(*change, 1))
+        assert settles == (len(changes) == 1 and title == "Write -22")

@@ -1,6 +1,7 @@
 """Cutter compensation: the centre keeps its distance from the programmed contour. Measured on the curves themselves."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -245,9 +246,12 @@ ROUNDED = {
 ])  # fmt: skip
 def test_a_swapped_side_and_a_swapped_sense_are_told_apart(view, dialect, words, question):
     """The other sense is asked for where only that is tangent to the line before, else the other side."""
-    said = [item.message for item in view(ROUNDED[dialect].format(**words), dialect=dialect)[1] if item.code == "VP026"]
+    found = [item for item in view(ROUNDED[dialect].format(**words), dialect=dialect)[1] if item.code == "VP026"]
+    said = [item.message for item in found]
     text = f"tool 1 (diameter 6 mm) is too wide for this arc, whose radius is 2 mm: {question}"
     assert said == ([text] if question else [])
+    right = re.search(r"G([234]1?)|R[LR]|DR-", question)
+    assert [one.value for item in found for one in item.edits] == ([right[1] or right[0]] if right else [])
 
 
 @pytest.mark.parametrize("side", ["G41", "G42"])
@@ -266,4 +270,5 @@ def test_a_swapped_sense_is_told_at_the_line_after_the_arc(view):
     (found,) = view(pocket.format("G2"), dialect="rs274")[1]
     assert (found.code, found.line) == ("VP026", 7)
     assert found.message.endswith("cutting into the contour: is G3 meant in line 6?")
+    assert [(one.line, one.word, one.value) for one in found.edits] == [(6, ("G", 2.0), "3")]
     assert all("meant" not in item.message for item in view(pocket.format("G3"), dialect="rs274")[1])

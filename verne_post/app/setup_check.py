@@ -457,14 +457,14 @@ def _check_lengths(
             at, is_under, where = _find_low_rapid(moves, path, stretch, mounted - length, radius)
             if at >= 0 and (is_under or rapid[0] < 0):
                 text = _describe_low_rapid(tool, spindle, mounted, length, names, where, moves.language)
-                change = _find_change(moves, at) if tool and needs_code and tool not in with_length else 0
-                edits = _make_activations(tool, change, moves.language)
-                if change:
-                    text = f"{text.rpartition('; ')[0]}; {_describe_activation(tool, change, moves.language)}"
+                place = _find_activation(moves, at) if tool and needs_code and tool not in with_length else _NO_PLACE
+                edits = _make_activations(tool, place, moves.language)
+                if place.change:
+                    text = f"{text.rpartition('; ')[0]}; {_describe_activation(tool, place, moves.language)}"
                     text += f", or write the rapid in machine coordinates ({_get_machine_word(moves.language)})"
                 elif tool and needs_code and tool in with_length:
                     text = f"{text.rpartition('; ')[0]}; {_describe_ended_length(moves, path, stretch)}"
-                    edits = _make_activations(tool, int(moves.line[at]), moves.language, is_before=True)
+                    edits = _make_activations(tool, _Place(int(moves.line[at])), moves.language, is_before=True)
                 rapid = at, is_under and spindle == tool, text, edits
         owner = next((one for one in before if one in owners), None)
         if length and not is_carried:
@@ -472,9 +472,9 @@ def _check_lengths(
         first, low = _find_cuts(moves, path, stretch, stretch_before)
         if first < 0:
             continue
-        change = _find_change(moves, first)
+        place = _find_activation(moves, first)
         suspects = [*(named if length else ()), *unloaded]
-        told = [item for item in suspects if item.line is not None and change <= item.line <= moves.line[first]]
+        told = [item for item in suspects if item.line is not None and place.change <= item.line <= moves.line[first]]
         if told and low >= 0 and own and told[-1].tool:
             raised.add(told[-1].line)
             yield dataclasses.replace(told[-1], severity="error")
@@ -489,11 +489,11 @@ def _check_lengths(
             continue
         known.low = low if own else -1
         known.text = (
-            _describe_other_length(tool, length, own, owner, names, change, moves.language)
+            _describe_other_length(tool, length, own, owner, names, place, moves.language)
             if owner is not None and length
-            else _describe_bare_tool(tool, own, lengths, names, change, moves.language)
+            else _describe_bare_tool(tool, own, lengths, names, place, moves.language)
         )
-        known.edits = _make_activations(tool, change, moves.language) if own else ()
+        known.edits = _make_activations(tool, place, moves.language) if own else ()
         known.advice = "" if own or length else None
     at, is_error, text, edits = rapid
     if at >= 0 and (cause := [one for one in unloaded if _find_change(moves, at) <= (one.line or 0) <= moves.line[at]]):
@@ -576,6 +576,34 @@ def _find_change(moves: Moves, move: int) -> int:
     return max((one.line for one in moves.events if one.kind == "tool" and one.before <= move), default=0)
 
 
+class _Place(Struct, frozen=True):
+    """Where a length is to be put in force."""
+
+    change: int  #: The line of the last tool change; 0 where there is none.
+    line: int = 0  #: The first block behind it that moves along Z, if it is a rapid; else 0.
+    z: float = 0.0  #: Its Z.
+
+
+_NO_PLACE: Final = _Place(0)
+
+
+def _find_activation(moves: Moves, move: int) -> _Place:
+    """Where a length that a move lacks is to be put in force; controls may move at once where it stands alone."""
+    changes = [(one.before, one.line) for one in moves.events if one.kind == "tool" and one.before <= move]
+    if not changes:
+        return _NO_PLACE
+    begin, change = max(changes)[0], max(line for _before, line in changes)
+    if moves.language:  # none of G-code
+        return _Place(change)
+    rows = np.arange(max(begin, 1), move + 1)
+    is_along = (moves.end[rows, 2] != moves.end[rows - 1, 2]) & (moves.frame[rows] == moves.frame[rows - 1])
+    is_along &= ~np.isin(rows, moves.machine_moves)
+    found = rows[is_along & (moves.line[rows] > change)][:1].tolist()
+    if not found or moves.kind[found[0]] != MoveKind.RAPID:  # a cut is no place for it
+        return _Place(change)
+    return _Place(change, int(moves.line[found[0]]), float(moves.end[found[0], 2]))
+
+
 def _list_called_tools(moves: Moves) -> dict[int, None]:
     """Numbers of tools, each once: one that T names without M6 is meant to cut as much as one that M6 loads."""
     return dict.fromkeys(
@@ -611,40 +639,46 @@ def _get_machine_word(language: str) -> str:
     return {"siemens": "SUPA", "heidenhain": "M91", "aptcl": "GOHOME"}.get(language, "G53")
 
 
-def _make_activations(tool: int, line: int, language: str, *, is_before: bool = False) -> tuple[Remedy, ...]:
-    """What puts the length of a tool in force below or before a line; nothing in languages whose tool call does."""
-    if not tool or not line or language in ("heidenhain", "aptcl"):
+def _make_activations(tool: int, place: _Place, language: str, *, is_before: bool = False) -> tuple[Remedy, ...]:
+    """What puts the length of a tool in force: with the first Z, or below or before a line; nothing in languages whose
+    tool call does.
+    """
+    if not tool or not place.change or language in ("heidenhain", "aptcl"):
         return ()
     word = _ACTIVATIONS.get(language, f"G43 H{tool}")
+    if place.line:
+        return (Remedy("activate the length", word, line=place.line, word=("Z", place.z), way="behind"),)
     way: Literal["before", "below"] = "before" if is_before else "below"
-    return (Remedy("activate the length", word, line=line, way=way, is_choice=is_before),)
+    return (Remedy("activate the length", word, line=place.change, way=way, is_choice=is_before),)
 
 
-def _describe_activation(tool: int, change: int, language: str) -> str:
-    """How to put the length of a tool in force that a line has changed to; 0 for no tool, and for no line."""
+def _describe_activation(tool: int, place: _Place, language: str) -> str:
+    """How to put the length of a tool in force; 0 for no tool."""
     word = _ACTIVATIONS.get(language) or (f"G43 H{tool}" if tool else "G43")
-    return f"activate its length ({word}) {f'after line {change}' if change else 'before'}"
+    if place.line:
+        return f"activate its length ({word} in line {place.line}, with the first Z)"
+    return f"activate its length ({word}) {f'after line {place.change}' if place.change else 'before'}"
 
 
 def _describe_other_length(
-    tool: int, length: float, own: float, owner: int, names: Mapping[int, str], change: int, language: str
+    tool: int, length: float, own: float, owner: int, names: Mapping[int, str], place: _Place, language: str
 ) -> str:
     mine, other = (describe_tool_number(one, names) for one in (tool, owner))
     return (
         f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: "
-        f"{_describe_activation(tool, change, language)}, or the tip is {abs(own - length):g} mm off"
+        f"{_describe_activation(tool, place, language)}, or the tip is {abs(own - length):g} mm off"
     )
 
 
 def _describe_bare_tool(
-    tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str], change: int, language: str
+    tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str], place: _Place, language: str
 ) -> str:
     """Why a move cuts with a tool of length 0, and what to do if that is not meant."""
     name = describe_tool_number(tool, names)
     if own:
         return (
             f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; "
-            f"{_describe_activation(tool, change, language)}, or give it the length 0 where the work offset contains "
+            f"{_describe_activation(tool, place, language)}, or give it the length 0 where the work offset contains "
             "its length"
         )
     if tool in lengths:
@@ -653,8 +687,8 @@ def _describe_bare_tool(
             "meant, write its length there"
         )
     return (
-        f"the tool has no length: its tip is the gauge line of the spindle; {_describe_activation(0, 0, language)}, or "
-        "give --tool-length"
+        f"the tool has no length: its tip is the gauge line of the spindle; "
+        f"{_describe_activation(0, _NO_PLACE, language)}, or give --tool-length"
     )
 
 

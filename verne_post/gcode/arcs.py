@@ -212,7 +212,8 @@ def _explain_slips(
 
     if len(slips) > 1 and not is_scaled:
         fits = (f"{spell(slip)} ({slip.what}: an arc of {slip.degrees:.4g} deg)" for slip in slips)
-        return f"; the radii agree with {', and with '.join(fits)}", ()
+        edits = tuple(one for slip in slips for one in _write_slip(slip, offsets, letters, unit))
+        return f"; the radii agree with {', and with '.join(fits)}", edits
     if len(slips) != 1:
         return "", ()
     slip, is_long = slips[0], slips[0].degrees > _HALF_TURN_DEG
@@ -220,11 +221,20 @@ def _explain_slips(
     hint = f"; write {words}, if that is meant: the radii agree then"
     if is_long:
         return f"{hint}, on an arc of {slip.degrees:.4g} deg", ()
-    if not slip.letter or is_scaled:
-        return hint, ()
-    value = offsets[slip.letter] / unit
-    right = f"{-value:.9g}"
-    return hint, (Remedy(f"write {slip.letter}{right}", right, word=(slip.letter, value), is_choice=True),)
+    return hint, () if is_scaled else _write_slip(slip, offsets, letters, unit)
+
+
+def _write_slip(slip: _Slip, offsets: dict[str, float], letters: Sequence[str], unit: float) -> tuple[Remedy, ...]:
+    """The edit of one word by its sign, or of both that are exchanged."""
+    if slip.letter:
+        value = offsets[slip.letter] / unit
+        right = f"{-value:.9g}"
+        return (Remedy(f"write {slip.letter}{right}", right, word=(slip.letter, value), is_choice=True),)
+    if not slip.what.endswith("exchanged"):
+        return ()
+    one, two = letters if letters[0] in offsets else letters[::-1]
+    word = one, offsets[one] / unit
+    return (Remedy(f"exchange {one} and {two}", two, word=word, way="exchanged", is_choice=True),)
 
 
 def allow_mismatch(radius: float, tolerance: float) -> float:

@@ -230,6 +230,11 @@ def report_missing_offset(
         )
         if len(names) == 1 and moves.language != "heidenhain":
             text += f", or write {names[0]} if that is meant"
+            if re.fullmatch(r"G\d+(?:\.\d)?", word or name) and re.fullmatch(r"G\d+", names[0]):
+                given_word = "G", float((word or name)[1:])
+                where["edits"] = (
+                    Remedy(f"write {names[0]}", names[0][1:], line=line, word=given_word, is_choice=True),
+                )
         advice = f"Write {quote_key(name)} = [x, y, z] under [wcs] of INPUT.toml, in mm from that point."
         return make_finding("VP033", text, severity="error", advice=advice, **where)
     what = f"no {'datum' if moves.language == 'heidenhain' else 'work offset'} was given: {word or name}"

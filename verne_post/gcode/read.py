@@ -41,6 +41,8 @@ _OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 _MOST_REPEATS: Final = 100_000
 #: So many errors are tried with the other side of the contour, each by reading the program again.
 _MOST_SIDES: Final = 3
+#: Of arcs, as edits have them: no side of a contour.
+_SENSES: Final = ("2", "3", "DR+", "DR-")
 
 
 def interpret_program(source: Text, setup: Setup) -> Moves:
@@ -199,7 +201,11 @@ def _try_other_side(
     It must have none but the others of ``every`` then. The first ones are tried.
     """
     errors_before = {(item.line, item.code) for item in every}
-    choices = [item for item in errors if item.code == "VP026" and item.edits and item.edits[0].is_choice]
+    choices = [
+        item
+        for item in errors
+        if item.code == "VP026" and item.edits and item.edits[0].is_choice and item.edits[0].value not in _SENSES
+    ]
     by_finding: dict[int, Finding] = {}
     for item in choices[:_MOST_SIDES]:
         other_text = _write_edit(source, item.edits[0])

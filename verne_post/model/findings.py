@@ -53,10 +53,10 @@ class Remedy:
         Of the program, where it is written there; of an error that is raised, 0 is its own line.
     word : tuple of str and float
         The letter, and the number that stands there; no letter where the text of the program tells the place.
-    way : {"number", "behind", "below", "before", "marked", "here", "after", "end"}
-        In place of the number, after the word, below its line; before ``line``; in place of what the finding marks;
-        at the column of the finding, or at the end of ``line`` without one there; after its remark; as the last line,
-        before a closing %.
+    way : {"number", "exchanged", "behind", "below", "before", "marked", "here", "after", "end"}
+        In place of the number, exchanged with the number of the letter ``value``, after the word, below its line;
+        before ``line``; in place of what the finding marks; at the column of the finding, or at the end of ``line``
+        without one there; after its remark; as the last line, before a closing %.
     is_above : bool
         ``word`` stands in the last line up to ``line`` that has it.
     misspelt : str
@@ -72,7 +72,7 @@ class Remedy:
     key: tuple[str, ...] = ()
     line: int = 0
     word: tuple[str, float] = ("", 0.0)
-    way: Literal["number", "behind", "below", "before", "marked", "here", "after", "end"] = "number"
+    way: Literal["number", "exchanged", "behind", "below", "before", "marked", "here", "after", "end"] = "number"
     is_above: bool = False
     misspelt: str = ""
     turns: bool = False

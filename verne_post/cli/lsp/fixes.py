@@ -721,11 +721,28 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
         # another M may be the mistyped one
         is_choice = remedy.is_choice or (remedy.value[0] == "M" and find_word(lines[number - 1], "M") is not None)
         return Fix(title, found.path, found.text, at, at, f" {remedy.value}", is_choice=is_choice)
+    if remedy.way == "exchanged":
+        return _exchange_words(found, remedy, number, word)
     new = write_like(word[2], remedy.value, _find_dialect(found))
     begin = _find_offset(found.text, number - 1) + word.start(2)
     title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"
     turns, is_choice = letter.upper() in ("A", "B", "C"), remedy.is_choice
     return Fix(title, found.path, found.text, begin, begin + len(word[2]), new, turns=turns, is_choice=is_choice)
+
+
+def _exchange_words(found: Inspected, remedy: Remedy, number: int, word: re.Match[str]) -> Fix:
+    """A word and that of another letter with the numbers exchanged; the letter alone where it has no word."""
+    line = split_lines(found.text)[number - 1]
+    other = find_word(line, remedy.value)
+    if other is None:
+        begin, end, new = word.start(1), word.end(1), remedy.value
+    else:
+        first, second = sorted((word, other), key=lambda one: one.start())
+        begin, end = first.start(2), second.end(2)
+        new = second[2] + line[first.end(2) : second.start(2)] + first[2]
+    at = _find_offset(found.text, number - 1)
+    title = f"Exchange {word[1]} and {remedy.value} in line {number}"
+    return Fix(title, found.path, found.text, at + begin, at + end, new, is_choice=remedy.is_choice)
 
 
 def _find_word(line: str, letter: str, value: float) -> re.Match[str] | None:

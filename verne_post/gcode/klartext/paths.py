@@ -13,7 +13,7 @@ from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.elements import Element, make_arc
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep, find_tangent_sweep
-from verne_post.gcode.program_error import ProgramError, locate_errors
+from verne_post.gcode.program_error import ProgramError, locate_errors, write_words
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.rs274.values import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.model.moves import AXES, MoveKind
@@ -22,6 +22,8 @@ _ROTARY: Final = frozenset((3, 4, 5))
 #: Letters of axes, absolute and incremental.
 _STEPS: Final = tuple((letter, "I" + letter) for letter in AXES)
 _FULL_TURN: Final = 360.0
+#: Words of an arc before its DR.
+_BEFORE_SENSE: Final = (*(letter for step in _STEPS for letter in step), "R", "PR", "IPR", "PA", "IPA")
 _Builder = Callable[["KlartextPaths", Statement, Words, "Target"], Arc | None]
 
 
@@ -204,7 +206,7 @@ class KlartextPaths:
     def _read_sense(self, statement: Statement, words: Words, u: int, v: int) -> int:
         """DR, as it turns in the frame."""
         if words.rotation is None:
-            raise statement.error("VP005", f"{statement.keyword} needs DR+ or DR-")
+            raise _refuse_no_sense(statement, words, statement.keyword)
         return words.rotation * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
 
     def _move_on_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
@@ -243,7 +245,7 @@ class KlartextPaths:
             sweep = step
         else:
             if words.rotation is None:
-                raise statement.error("VP005", "CP PA needs DR+ or DR-")
+                raise _refuse_no_sense(statement, words, "CP PA")
             assert angle is not None
             sweep = words.rotation * ((words.rotation * (angle - begin)) % _FULL_TURN)
             if math.radians(abs(sweep)) * radius * self.frames.convert_length(1.0) < ARC_CHORD_MM:
@@ -312,3 +314,11 @@ BUILDERS: Final[Mapping[str, _Builder]] = {
     "CT": KlartextPaths._move_on_tangent_circle,
     "CTP": KlartextPaths._move_on_polar_tangent_circle,
 }
+
+
+def _refuse_no_sense(statement: Statement, words: Words, what: str) -> ProgramError:
+    """The error (VP005) of an arc without DR; both are offered behind its last coordinate or radius."""
+    at = max((words.columns.get(name, -1) for name in _BEFORE_SENSE), default=-1)
+    word = statement.rest[at:].split()[0] if at >= 0 else ""
+    edits = write_words(word, f"{word} DR+", f"{word} DR-") if word[-1:].isdigit() else ()
+    return statement.error("VP005", f"{what} needs DR+ or DR-", edits=edits)

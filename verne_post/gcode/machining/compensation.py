@@ -25,7 +25,7 @@ from verne_post.gcode.machining.plane_geometry import (
     step_left,
     turn_left,
 )
-from verne_post.gcode.program_error import ProgramError, write_before
+from verne_post.gcode.program_error import ProgramError, write_before, write_words
 from verne_post.gcode.recorder import Recorder
 from verne_post.model.findings import Remedy
 from verne_post.model.part_setup import describe_tool_number
@@ -345,23 +345,20 @@ class Compensation(Struct):
             names = names[::-1]
         last = self.segment if self.segment is not None and not self.segment.entry else None
         if arc is not None and last is not None and is_sense_doubtful(arc, arc[0], last.direction):
-            return ProgramError("VP026", f"{text}: is {names[arc[3] < 0]} meant?")
+            wrong, right = names[arc[3] >= 0], names[arc[3] < 0]
+            return ProgramError("VP026", f"{text}: is {right} meant?", edits=_write_code(wrong, right))
         if last is not None and last.center is not None and t2 is not None and self.before:
             u, v, *_ = PLANES[self.plane]
             end = (self.corner[u], self.corner[v])
             before = ((self.before[u], self.before[v]), end, last.center, last.sense)
             if is_sense_doubtful(before, end, t2):
-                return ProgramError("VP026", f"{text}: is {names[last.sense < 0]} meant in line {self.line}?")
+                wrong, right = names[last.sense >= 0], names[last.sense < 0]
+                edits = _write_code(wrong, right, self.line)
+                return ProgramError("VP026", f"{text}: is {right} meant in line {self.line}?", edits=edits)
         other = _SIDES.get(word)
         if other is None:  # that of a cycle
             return ProgramError("VP026", text)
-        title, line = f"write {other}", self.start_line
-        edit = (
-            Remedy(title, other[1:], line=line, word=("G", float(word[1:])), is_choice=True)
-            if word[0] == "G"
-            else Remedy(title, other, line=line, misspelt=word, is_choice=True)
-        )
-        return ProgramError("VP026", text, edits=(edit,))
+        return ProgramError("VP026", text, edits=_write_code(word, other, self.start_line))
 
     # --- small geometry -----------------------------------------------------------------------------
 
@@ -374,3 +371,10 @@ class Compensation(Struct):
         end = list(point)
         end[u], end[v] = uv
         return end
+
+
+def _write_code(wrong: str, right: str, line: int = 0) -> tuple[Remedy, ...]:
+    """The edit of an error that another code may settle, in a line; 0 is that of the error."""
+    if wrong[0] != "G":
+        return write_words(wrong, right, line=line, is_choice=True)
+    return (Remedy(f"write {right}", right[1:], line=line, word=("G", float(wrong[1:])), is_choice=True),)

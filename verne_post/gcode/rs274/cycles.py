@@ -15,6 +15,7 @@ from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import WordValues, find_polar_end, read_whole
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 #: How far above the last depth a peck begins again, mm.
@@ -212,6 +213,10 @@ class CycleCodes:
             else f"{letter} {z}, the bottom of the hole, lies above R {r}"
         )
         edits = write_before("G80") if remedy else ()
+        if not (remedy or is_r) and self.modes.absolute and letter in block.words and -bottom < clear:
+            value = block.words[letter]
+            text += f"; write {letter}{-value:g}, if its sign is missing"
+            edits = (Remedy(f"write {letter}{-value:g}", f"{-value:g}", word=(letter, value), is_choice=True),)
         raise block.error("VP007", f"{text}{remedy}", wrong_letter, edits=edits)
 
     def _refuse_other_unit(self, block: Block, motion: int, series: Cycle, before: Cycle | None) -> None:

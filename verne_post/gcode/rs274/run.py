@@ -172,11 +172,11 @@ class _BlockRun:
         for found in errors:
             _find_column(found, chunk.read_raw(row))
         if errors:  # what is missing beside them may be in what was left out; the number of a block is in no word
-            divided = next(find_divided(decode_line(chunk.read_raw(row)), line), None)
+            number = next(find_divided(decode_line(chunk.read_raw(row)), line), None)
             is_beside = (
-                divided is not None
-                and divided.letter == "N"
-                and all((error.column or 0) > divided.end for error in errors)
+                number is not None
+                and number.letter == "N"
+                and all((error.column or 0) > number.end for error in errors)
             )
             codes = OF_WORDS if is_beside else (*OF_WORDS, "VP001")
             for key in [key for key in list(warnings)[first:] if key[1] in codes]:

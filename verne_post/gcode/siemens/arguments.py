@@ -1,17 +1,19 @@
 """Arguments of cycles by name: numbers, texts, what was left out."""
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Final
 
 from msgspec import Struct, field
 
 from verne_post.base.units import MM_PER_INCH
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.siemens.values import Value
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, read_argument_values
+from verne_post.model.findings import Remedy
 
 #: Between a height and a depth that are rounded each, in the unit of the program.
 _ROUNDED_DEPTH: Final = 0.002
@@ -76,6 +78,12 @@ class Arguments(Struct):
             argument = self.call.arguments[at]
             column = argument.column + len(argument.text) - len(argument.text.lstrip())
         return ProgramError(code, f"{self.call.name}: {message}{place}", column)
+
+    def write_number(self, name: str, value: float) -> tuple[Remedy, ...]:
+        """The edit of an error that another number settles, where the call has a number for it."""
+        arguments, at = self.call.arguments or (), list(self.names).index(name)
+        text = arguments[at].text.strip() if at < len(arguments) else ""
+        return write_words(text, f"{value:g}") if re.fullmatch(r"[-+]?[\d.]+", text) else ()
 
     def refuse_rest(self, harmless: Sequence[str] = ()) -> None:
         """Arguments that were given other than 0, and that nothing has asked for, are not executed."""

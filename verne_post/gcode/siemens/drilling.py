@@ -140,12 +140,14 @@ class _Hole:
         if (self.reference - self.bottom) * self.up <= 0:
             is_sign = self._is_absolute("DP", "DPR", self.digits[0]) and (self.reference + self.bottom) * self.up > 0
             remedy = f"; write {-given.number('DP'):g}" if is_sign else ""
-            raise given.error(
+            error = given.error(
                 "VP007",
                 f"the bottom {self.bottom:g} mm lies on the wrong side of the reference plane {self.reference:g} mm"
                 f"{remedy}",
                 "DP",
             )
+            error.edits = given.write_number("DP", -given.number("DP")) if is_sign else ()
+            raise error
 
     def _find_up(self) -> float:
         """Out of the hole: towards the retract plane, or away from an absolute depth if that is the reference plane."""
