@@ -23,10 +23,10 @@ import verne_post as vp
 machine = vp.load_machine("verne")
 options = vp.Options(tool_length=80, wcs={"G54": (-10, 15, 60)}, split_at_stops=True)
 result = vp.convert(Path("gcode_samples/pocket_3axis.nc"), machine, options)
-print(result)                                  # verdict, time, NOT CHECKED, first findings; repr has all, as tables
+print(result)  # verdict, time, NOT CHECKED, first findings; repr has all, as tables
 if result.ok:
     for number, part in enumerate(result.setpoints.split(), start=1):
-        part.to_csv(f"axes-{number}.csv")      # or to_dict()
+        part.to_csv(f"axes-{number}.csv")  # or to_dict()
 ```
 
 A program that stops for the operator (M0, a tool change by hand) has one part for each stretch between its stops, and
