@@ -813,6 +813,9 @@ def test_a_limit_and_a_contact_in_a_called_file_name_the_file_and_its_line(
             (call, "O2000.nc", own_line) for call in calls
         ]
         assert first["message"].startswith(f"O2000.nc, line {own_line}: {worst}")
+        shown = run("check", program, "--machine", "ac_trunnion").out
+        caret = "    | ^\n" if code == "VP101" else ""
+        assert f"  {own_line} | {text.splitlines()[own_line - 2]}\n{caret}" in shown
         assert "line 10" not in first["message"]
 
 

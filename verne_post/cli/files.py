@@ -22,7 +22,7 @@ from verne_post.cli.temporary import make_temporary_file, make_temporary_folder
 from verne_post.config.files import read_file
 
 if TYPE_CHECKING:
-    from verne_post.model.findings import Finding
+    from verne_post.model.findings import CalledPlace, Finding
 
 #: Names of the streams of this process; what they lead to may be a file, which is written through and not replaced.
 _STREAMS: Final = re.compile(r"/dev/(std(in|out|err)|fd/[0-9]+)|/proc/(self|thread-self|[0-9]+)/fd/[0-9]+")
@@ -208,6 +208,8 @@ class RunFiles:
 
         from verne_post.base.text_marks import decode_text
 
+        if item.called is not None:
+            return self._add_called_line(item, item.called)
         if item.file is not None or item.line is not None:
             return item
         # of files with one name that which was read last
@@ -224,6 +226,20 @@ class RunFiles:
                     return _place_in_table(item, decode_text(raw), message) or item
             return item
         return self._find_size(item) if item.code in _OF_SIZES else item
+
+    def _add_called_line(self, item: "Finding", place: "CalledPlace") -> "Finding":
+        """A finding of a called file with the text of its line there."""
+        from dataclasses import replace
+
+        from verne_post.base.long_text import take_line
+
+        for what, name in reversed(self._read.values()):
+            if what.startswith("subprogram ") and Path(name).name == Path(place.file).name:
+                with suppress(OSError):
+                    raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
+                    line = (take_line(raw, place.line) or b"").decode("utf-8", errors="replace")
+                    return replace(item, file_text=line.rstrip("\r"))
+        return item
 
     def _find_size(self, item: "Finding") -> "Finding":
         """A finding about a tool, a work system, a fixture or the stock, at its key in the set-up or settings file."""

@@ -1,5 +1,6 @@
 """What all formats of findings share: the report of a program, the line of text, the JSON record."""
 
+import dataclasses
 import re
 import shlex
 from collections.abc import Iterator, Sequence
@@ -172,12 +173,16 @@ def _quote_line(cause: Cause, source: "Text", program: str, run: Run) -> list[st
         return [f"    = {text}" for text in also]
     from verne_post.base.long_text import take_line  # needs numpy: a mistake of the command line is reported without it
 
-    text = take_line(source, at)
-    if text is None:
-        return [f"    = {text}" for text in also]
     helps = [*also, *list_remedies(item, program, run)]
-    line = text.decode("utf-8", errors="replace")
-    span = find_span(item, line, at) if item.called is None else None
+    if item.called is not None and item.file_text:
+        at, line = item.called.line, item.file_text
+        span = find_span(dataclasses.replace(item, column=item.called.column), line, at)
+    else:
+        text = take_line(source, at)
+        if text is None:
+            return [f"    = {text}" for text in also]
+        line = text.decode("utf-8", errors="replace")
+        span = find_span(item, line, at) if item.called is None else None
     lines = _draw_line(at, line, None if span is None else span[0] + 1, helps)
     # of a note that says all there is the number of the line is enough
     return lines if item.severity != "note" or helps or item.column is not None else []
