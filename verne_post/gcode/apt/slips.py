@@ -111,8 +111,9 @@ def _list_other_words(statement: Statement, _majors: Collection[str]) -> Iterato
 
     for at, word in enumerate(words):
         before = words[at - 1] if at else ""
-        # numbers of tools are whole
-        if "ADJUST" not in known_words and _WHOLE_PART.match(before) and _DECIMALS.match(word):
+        # numbers of tools are whole; behind the name of a cycle, 10,2 may be depth and clearance without their words
+        may_be_one = "ADJUST" not in known_words and (statement.major != "CYCLE" or at > len(("name", "depth")))
+        if may_be_one and _WHOLE_PART.match(before) and _DECIMALS.match(word):
             yield read(at - 1, 2, (f"{before}.{word}",), "a decimal comma in a number")
         if not word and at:
             yield read(at - 1, 2, (before,), "the comma is there twice", f"{before},", before)
