@@ -73,7 +73,8 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     at_depth = program.replace("G0 Z90\n", "")
     for text, severity in (
         (at_depth.replace("Z80", "Z0"), "error"),
-        (at_depth, "warning"),  # above Z0 it may be in air
+        (at_depth, "error"),  # Z0 may be the bottom of the part
+        (at_depth.replace("X7\n", "X7\nG43 H2\nG1 Z40\n"), "warning"),  # above all cuts of the part, in air
         (at_depth.replace("Z80", "Z0").replace("G1 X6 F600\nX7", "G1 Z40 F600"), "warning"),  # a retract at feed rate
     ):
         found = check(text.format(""), "verne", options).findings
@@ -1047,7 +1048,9 @@ M30
 @pytest.mark.parametrize(
     ("angles", "said"),
     [
-        ((0, 5, 80, 10, 12), "A80 in this cut, and A5 and A10 in those before and after it: is A8 meant?"),
+        ((4, 6, 80, 9, 10), "A80 in this cut, and A6 and A9 in those before and after it: is A8 meant?"),
+        ((0, 5, 80, 10, 12), ""),  # slots that step on
+        ((-4, -4, 40, 4, 4), ""),
         ((8, 8, 80, 8, 8), "A80 in this cut, and A8 and A8 in those before and after it: is A8 meant?"),
         ((0, 5, 40, 10, 12), ""),  # a tenth is none of those beside it
         ((8, 8, 80, 80, 80), ""),

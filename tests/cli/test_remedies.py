@@ -558,7 +558,7 @@ def test_a_depth_with_its_point_one_place_off_is_named(name: str, depth: str, sa
 
 
 def test_a_number_of_goto_that_lost_its_point_is_named() -> None:
-    points = "".join(f"GOTO/{x},0,{z},0,0,1\n" for x, z in ((0, 0.5), (5, 800), (9, "0.5"), (12, 0.4)))
+    points = "".join(f"GOTO/{x},0,{z},0,0,1\n" for x, z in ((0, "0.500"), (5, 800), (9, "0.500"), (12, "0.400")))
     program = (
         f"PARTNO/A\nUNITS/MM\nLOADTL/1\nSPINDL/900,RPM,CLW\nRAPID\nGOTO/0,0,9,0,0,1\nFEDRAT/600,MMPM\n{points}FINI\n"
     )

@@ -30,6 +30,8 @@ _LN: Final = re.compile(rb"[ \t]*+(?:\d+[ \t]++)?LN\b", re.IGNORECASE)
 _STEP_DEG: Final = 15.0
 _TURN_DEG: Final = 30.0
 _SLACK_DEG: Final = 0.5
+#: Degrees by which the angles before and after a lost point differ less.
+_EVEN_DEG: Final = 5.0
 #: So many times as far as in the cuts beside it, the tip may go in a cut that is in doubt.
 _TIMES_STEP: Final = 3.0
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
@@ -167,8 +169,10 @@ def check_rotary_words(source: Text, moves: Moves, from_move: int = 0) -> Iterat
         in_doubt &= turned.sum(axis=1) == 1
         for code, factor in (("VP056", -1.0), ("VP505", 0.1)):
             meant = factor * own
+            # an angle that steps on from slot to slot has other ones beside it
+            is_even = (np.abs(high - low) < _EVEN_DEG) & (low * high > 0.0) if factor > 0.0 else turned
             is_between = (meant >= np.minimum(low, high) - _SLACK_DEG) & (meant <= np.maximum(low, high) + _SLACK_DEG)
-            for row, axis in np.argwhere(turned & is_between & in_doubt[:, None]).tolist():
+            for row, axis in np.argwhere(turned & is_even & is_between & in_doubt[:, None]).tolist():
                 line, value = int(moves.line[first + _BESIDE + row]), float(own[row, axis])
                 letter, text = AXES[3 + axis], (take_line(source, line) or b"").decode("utf-8", errors="replace")
                 word = find_word_of(text, letter, value)

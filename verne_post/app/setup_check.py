@@ -345,12 +345,15 @@ def _list_stretches(moves: Moves, path: ToolPath) -> list[_Stretch]:
     return [_Stretch(begin, end, tool, length) for (begin, tool, length), end in zip(ends, closing, strict=True)]
 
 
-def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch, before: _Stretch | None) -> tuple[int, int]:
+def _find_cuts(
+    moves: Moves, path: ToolPath, stretch: _Stretch, before: _Stretch | None, own: float, lowest: float
+) -> tuple[int, int]:
     """The first move of a stretch that cuts, and the first that does so lower than the stretch began; -1 without one.
 
     Before a tool goes down, its length is no matter: posts move a retracted head at feed rate where a control of theirs
     has no fast rapids, and call the length after that. Nothing is retracted where the stretch ``before`` ends at its
-    deepest cut: then feed moves that do not rise, up to Z0 of the program, are cuts.
+    deepest cut: then feed moves are cuts that rise less than the tool is longer or shorter than the length in force,
+    up to Z0 or to the ``lowest`` cut of the program.
     """
     begins_at = path.start[stretch.begin, 2]
     first, floor = -1, begins_at - LIMIT_SLACK_MM
@@ -363,7 +366,8 @@ def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch, before: _Stretch
             continue
         first = int(move[cuts[0]]) if first < 0 else first
         start, final = path.start[begin:end][cuts, 2], path.end[begin:end][cuts, 2]
-        in_part = (final <= start + LIMIT_SLACK_MM) & (moves.end[move[cuts], 2] <= LIMIT_SLACK_MM)
+        in_part = final <= begins_at + max(abs(own - stretch.length), LIMIT_SLACK_MM)
+        in_part &= moves.end[move[cuts], 2] <= max(0.0, lowest) + LIMIT_SLACK_MM
         low = cuts[(np.minimum(start, final) < floor) | (goes_on & in_part)]
         if len(low):
             return first, int(move[low[0]])
@@ -443,6 +447,8 @@ def _check_lengths(
     raised: set[int | None] = set()  # lines of changes that lack T or M6, and are errors
     with_length: set[int] = set()  # tools that have had theirs so far
     stretches = _list_stretches(moves, path)
+    feeds = np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL)
+    lowest = float(moves.end[feeds, 2].min(initial=math.inf))
     needs_code = any(one.length for one in stretches)
     for stretch, stretch_before in zip(stretches, (None, *stretches), strict=False):
         tool, length = stretch.tool, stretch.length
@@ -469,7 +475,7 @@ def _check_lengths(
         owner = next((one for one in before if one in owners), None)
         if length and not is_carried:
             continue
-        first, low = _find_cuts(moves, path, stretch, stretch_before)
+        first, low = _find_cuts(moves, path, stretch, stretch_before, own, lowest)
         if first < 0:
             continue
         place = _find_activation(moves, first)

@@ -90,8 +90,6 @@ _OF_DEPTH: Final = ("VP101", "VP210", "VP215", "VP216")
 #: A number of a letter with a point or a comma (1), of words and of CL files.
 _POINTED_WORD: Final = r"(?<![A-Z_$]){}[ \t]*=?[ \t]*[-+]?\d*(\.|,(?=\d))"
 _POINTED: Final = {"aptcl": r"(?<=\d)(\.)(?=\d)"}
-#: A number that has lost its point is so many times as far from the numbers beside it.
-_TIMES_NEARER: Final = 100.0
 #: So many places of a lost point are tried, each as long as a check.
 _POINTS_TRIED: Final = 3
 #: An edit that lets a rotary axis turn so far within a feed line, rad, which turned less, is no remedy.
@@ -522,8 +520,8 @@ def _find_shallow_depth(source: Text, program: Program, errors: Sequence[Finding
 def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
     """X, Y or Z of the first line of errors with the decimal point that it may have lost; checked with it.
 
-    With the point it is between the numbers of this letter before and behind it, or a hundred times as near to them,
-    and others of it have one. In a CL file X, Y and Z are the numbers of GOTO.
+    With the point it is between the numbers of this letter before and behind it, or has as many decimals as they have;
+    others of it have a point. In a CL file X, Y and Z are the numbers of GOTO.
     """
     language = program.moves.language
     number = min(item.line or 0 for item in errors)
@@ -539,13 +537,17 @@ def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) 
         if others is None:
             continue
         around = (_find_nearest(one, letter, language) for one in (reversed(lines[: number - 1]), lines[number:]))
-        beside = [one for one in around if one is not None]
+        texts = [one for one in around if one is not None]
+        beside = [read_number(one) for one in texts]
         sign = word[2].removesuffix(digits)
         if len(beside) != 2:
             continue
         point = others[1].decode()
         values = [f"{sign}{digits[:at] or '0'}{point}{digits[at:]}".removeprefix("+") for at in range(len(digits))]
-        for value in _list_beside(values[::-1], read_number(word[2]), beside)[:left]:
+        between = [one for one in values[::-1] if min(beside) <= read_number(one) <= max(beside)]
+        decimals = {len(one.partition(point)[2]) for one in texts}
+        alike = [one for one in values if {len(one.partition(point)[2])} == decimals]
+        for value in (between or alike)[:left]:
             left -= 1
             changed = change_number(text, word, value).encode()
             if _is_right_with(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program):
@@ -557,18 +559,10 @@ def _find_lost_point(source: Text, program: Program, errors: Sequence[Finding]) 
     return None
 
 
-def _list_beside(values: Sequence[str], now: float, beside: Sequence[float]) -> list[str]:
-    """Those of some numbers that are between the two beside them; else those far nearer to these than ``now`` is."""
-    between = [one for one in values[:-1] if min(beside) <= read_number(one) <= max(beside)]
-    middle = sum(beside) / len(beside)
-    far = {one: abs(read_number(one) - middle) for one in values}
-    return between or sorted((one for one in far if far[one] * _TIMES_NEARER <= abs(now - middle)), key=far.__getitem__)
-
-
-def _find_nearest(lines: Iterable[bytes], letter: str, language: str) -> float | None:
-    """The number of a letter in the first of some lines that has it."""
+def _find_nearest(lines: Iterable[bytes], letter: str, language: str) -> str | None:
+    """The number of a letter in the first of some lines that has it, as it is written."""
     words = (find_coordinate(one.decode("utf-8", errors="replace"), letter, language) for one in lines)
-    return next((read_number(one[2]) for one in words if one is not None), None)
+    return next((one[2] for one in words if one is not None), None)
 
 
 def find_end_before_contact(source: Text, program: Program, line: Line) -> str | None:

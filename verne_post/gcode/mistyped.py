@@ -27,7 +27,8 @@ _COMMA: Final = re.compile(
 )
 #: A comma for the point before the first digit.
 _COMMA_FIRST: Final = re.compile(
-    r"(?<![A-Z\d.,(])(?<![(,][ \t])((?:[A-Z]{1,2}\d*[ \t]*=|[A-KM-Z])[ \t]*)([-+]?,\d+)(?![\d.,(])", re.IGNORECASE
+    r"(?<![A-Z\d.,(])(?<![(,][ \t])((?:[A-Z]{1,2}\d*[ \t]*=|[ABCEFIJKQRUVWXYZ])[ \t]*)([-+]?,\d+)(?![\d.,(])",
+    re.IGNORECASE,
 )
 _ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
 COMMA_BEHIND: Final = "a comma after a number"

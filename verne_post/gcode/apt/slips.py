@@ -21,6 +21,8 @@ _MISTYPED_NUMBER: Final = re.compile(r"[-+]?(?=\D*\d)(?=[\d.]*[Ool])[\dOol]*\.?[
 _HEAD: Final = re.compile(r"[A-Za-z]+")
 #: What may stand in place of a slash or a comma.
 _OTHER_SIGNS: Final = re.compile(r"[ \t]*[.,;:/\\]?[ \t]*")
+#: Major words whose numbers have decimals, and are no pairs.
+_WITH_DECIMALS: Final = ("GOTO", "FROM", "FEDRAT", "CYCLE")
 _WHOLE_PART, _DECIMALS = re.compile(r"[-+]?\d+$"), re.compile(r"\d+$")
 
 
@@ -111,8 +113,8 @@ def _list_other_words(statement: Statement, _majors: Collection[str]) -> Iterato
 
     for at, word in enumerate(words):
         before = words[at - 1] if at else ""
-        # numbers of tools are whole; behind the name of a cycle, 10,2 may be depth and clearance without their words
-        may_be_one = "ADJUST" not in known_words and (statement.major != "CYCLE" or at > len(("name", "depth")))
+        # behind the name of a cycle, 10,2 may be a depth and a clearance without their words
+        may_be_one = statement.major in _WITH_DECIMALS and (statement.major != "CYCLE" or at > len(("name", "depth")))
         if may_be_one and _WHOLE_PART.match(before) and _DECIMALS.match(word):
             yield read(at - 1, 2, (f"{before}.{word}",), "a decimal comma in a number")
         if not word and at:

@@ -101,7 +101,12 @@ def refuse_letterless(text: str) -> None:
                 wrong, right = match[0], "".join(match[0].split())
                 raise ProgramError("VP001", f"{wrong}: a blank in a number; did you mean {right}?", match.start() + 1)
             others = [f"{axis}{number}" for axis in unused_axes or axes]
-            if float(number) >= _LEAST_FEED and not rest.strip() and "F" not in text.upper():
+            if (
+                number.count(".") < len("..")
+                and float(number) >= _LEAST_FEED
+                and not rest.strip()
+                and "F" not in text.upper()
+            ):
                 others.append(f"F{number}")
             edits = write_words(number, *others) if others[1:] else ()
             *others, last = others
