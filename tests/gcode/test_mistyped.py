@@ -409,6 +409,8 @@ def test_a_line_with_a_letter_twice_has_the_columns_as_it_stands(run: Callable[.
         ("N520 -50", 6, "-50: a number without a letter before it; write its letter, such as X-50, Y-50 or Z-50"),
         ("/N49 10. Y21.", 6, "10.: a number without a letter before it; did you mean X10.?"),
         ("X10. 21. Z4.", 6, "21.: a number without a letter before it; did you mean Y21.?"),
+        ("X10. 1.1.", 6, "1.1.: two points in a number, and no letter before it"),
+        ("X10. .5.5", 6, ".5.5: two points in a number, and no letter before it"),
         ("X10. 2", 6, "2: a number without a letter before it; write its letter, such as Y2 or Z2"),
         ("X[9] 2. Y9. F9.", 6, "2.: a number without a letter before it; write its letter, such as Z2."),
         ("G1 9.5 F300.", 4, "9.5: a number without a letter before it; write its letter, such as X9.5, Y9.5 or Z9.5"),

@@ -92,6 +92,8 @@ def refuse_letterless(text: str) -> None:
             if not number.strip(".") or (letter == "G" and match["own"].endswith(".")):
                 wrong, right = match[0], f"{match['letter']}{match['own']}{number.strip('.') or '.'}"
                 raise ProgramError("VP001", f"{wrong}: a blank in a number; did you mean {right}?", match.start() + 1)
+            if number.count(".") > 1:
+                raise ProgramError("VP001", f"{number}: two points in a number, and no letter before it", column)
             axes = _list_axes(letter, rest)
             unused_axes = [one for one in axes if not re.search(one, text, re.IGNORECASE)]
             if (not unused_axes or letter in "ZABC") and axes != "IJK":
@@ -101,12 +103,7 @@ def refuse_letterless(text: str) -> None:
                 wrong, right = match[0], "".join(match[0].split())
                 raise ProgramError("VP001", f"{wrong}: a blank in a number; did you mean {right}?", match.start() + 1)
             others = [f"{axis}{number}" for axis in unused_axes or axes]
-            if (
-                number.count(".") < len("..")
-                and float(number) >= _LEAST_FEED
-                and not rest.strip()
-                and "F" not in text.upper()
-            ):
+            if float(number) >= _LEAST_FEED and not rest.strip() and "F" not in text.upper():
                 others.append(f"F{number}")
             edits = write_words(number, *others) if others[1:] else ()
             *others, last = others
