@@ -73,7 +73,7 @@ def test_the_end_in_a_called_file_names_the_file() -> None:
         tool_length=80.0, wcs=OPTIONS.wcs, dialect="fanuc", subroutines={"o2000": b"O2000\nG1 X5 F600\nM30\n"}
     )
     (found,) = (item for item in vp.check(text, "verne", options).findings if item.code == "VP051")
-    assert found.line == 7 and "line 3: M30 ends the program" in found.message and "M99" in found.message
+    assert found.line == 7 and "line 3: M30 ends the program" in found.full_message and "M99" in found.message
 
 
 def test_a_long_program_is_searched_from_its_end():
