@@ -263,9 +263,30 @@ def test_a_tool_is_given_by_its_length() -> None:
     assert other not in (first, None)
 
 
+def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
+    """As [tools] of a set-up gives it; beside a set-up whose tools have names too, each name has its own length."""
+    text = 'G54 G17 G90 G71\nT="MILL" M6\nD1\nTRAORI\nG0 X0 Y0 Z20\nG1 X10 F600\nM30\n'
+    program = tmp_path / "part.mpf"
+    program.write_text(text, encoding="utf-8")
+    given = vp.Options(tools={"MILL": (112.5, 12), "5": 80, 3: 70}, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    assert sorted(given.tools or {})[:2] == [3, 5]
+    assert given.changed(tools={"MILL": 90}).control == given.control
+    for one in (given, given.changed(air=0)):
+        summary = vp.check(text, "verne", one).summary
+        assert summary is not None
+        assert summary.tools == (("MILL", 112.5),)
+    Path(f"{program}.toml").write_text("[tools]\nMILL = { length = 70 }\n", encoding="utf-8")
+    assert vp.check(program, "verne", vp.Options(tools={"DRILL": 60}, wcs=given.wcs)).findings[0].code == "VP012"
+    summary = vp.check(program, "verne", vp.Options(tools={"DRILL": 60, "MILL": 99}, wcs=given.wcs)).summary
+    assert summary is not None
+    assert summary.tools == (("MILL", 99.0),)
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [
+        (lambda: vp.Options(tools={"MILL": -80}), 'tool "MILL": the length -80 is negative'),
+        (lambda: vp.Options(tools={"5": 80, 5: 80}), "there is a tool 5 already"),
         (lambda: vp.Tool(1, 1, 80), r"80: expected nine numbers.*tools=\{1: 80\}"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 1, (0.0, 0.0, 80.0)), "expected nine numbers"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 80), r"Tool: missing .*'offset'; expected Tool\(number, pocket, .*tools=\{1: 80\}.*, mm"),
@@ -879,7 +900,7 @@ if result.ok and result.setpoints is not None:
     csv: str = result.setpoints.to_csv()
     good: bool = vp.verify(result.setpoints, Path("part.nc"), machine, options).ok
 text: str = vp.explain("G0 X1", machine, 1, options).text
-short = vp.Options(wcs={"G54": (-10, 15, 60)}, tools={1: 80, 2: (80, 10)})
+short = vp.Options(wcs={"G54": (-10, 15, 60)}, tools={1: 80, 2: (80, 10), "MILL": 90})
 lengths: list[float] = [one.offset[2] for one in (short.tools or {}).values()]
 """
 

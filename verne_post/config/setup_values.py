@@ -7,7 +7,7 @@ from typing import Any, Final, Literal, TypeVar
 
 from verne_post.base.text_marks import decode_text
 from verne_post.config.box_file import FixtureFile, make_stock
-from verne_post.config.control_tables import merge_keys
+from verne_post.config.control_tables import drop_counted_names, merge_keys
 from verne_post.config.files import read_file
 from verne_post.config.part_setup import read_lengths, read_offsets
 from verne_post.config.program_setup import FILE_KEYS, TABLE_KEYS, TOOL_KEYS, ProgramSetup, read_setup
@@ -129,7 +129,8 @@ def lay_over_setup(
     replaced += ["wcs"] if any(options.wcs[system] != wcs[system] for system in options.wcs.keys() & wcs.keys()) else []
     wcs |= options.wcs
     remaps = [{} if settings is None else settings.file.remap, *(file.remap for file in setups), options.remap]
-    controls = [{} if settings is None else settings.control, *(file.control for file in setups), options.control]
+    controls = [{} if settings is None else settings.control, *(file.control for file in setups)]
+    controls = [*(map(drop_counted_names, controls) if "tools" in given else controls), options.control]
     return Options(
         **{
             "stock": stock,
