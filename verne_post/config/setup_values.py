@@ -87,6 +87,7 @@ def lay_over_setup(
         }
     part: NominalPart | None = None
     own: set[str] = set()
+    controls: list[Mapping[str, Mapping[str, Any]]] = [{} if settings is None else settings.control]
     tool_places: dict[int, str] = {}
     wcs: dict[int, WorkOffset] = {}
     to_measure: dict[int, str] = {}
@@ -95,8 +96,10 @@ def lay_over_setup(
         if has & {*TOOL_KEYS}:
             if has & {*TABLE_KEYS}:
                 below, files = _drop_tools(below), _drop_tools(files)
+                controls = [*map(drop_counted_names, controls)]
             has |= {*TOOL_KEYS}
         own |= has
+        controls.append(file.control)
         tool_places |= file.list_tool_places()
         below |= file.options
         files |= {key: (path, file.place_of(key)) for key, path in file.files.items() if key in FILE_KEYS}
@@ -129,8 +132,9 @@ def lay_over_setup(
     replaced += ["wcs"] if any(options.wcs[system] != wcs[system] for system in options.wcs.keys() & wcs.keys()) else []
     wcs |= options.wcs
     remaps = [{} if settings is None else settings.file.remap, *(file.remap for file in setups), options.remap]
-    controls = [{} if settings is None else settings.control, *(file.control for file in setups)]
-    controls = [*(map(drop_counted_names, controls) if "tools" in given else controls), options.control]
+    if "tools" in given:
+        controls = [*map(drop_counted_names, controls)]
+    controls.append(options.control)
     return Options(
         **{
             "stock": stock,
