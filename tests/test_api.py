@@ -519,7 +519,19 @@ def test_a_printed_result_is_a_few_lines(part: Path) -> None:
     error = bad.findings[0]
     assert shown[0] == f"line {error.line}: {error.code} error: {error.message}"
     assert len(shown) == 3
-    assert last.startswith(f"and {len(bad.findings) - 3} more finding")
+    assert last.startswith(f"and {len(bad.causes) - 3} more cause")
+
+
+def test_a_result_has_the_causes_that_the_commands_print() -> None:
+    """And remedies in the words of Python, none of which says that nothing was found."""
+    source = "G20 G90 G94\nG0 X0 Y0 Z3 A0 C0\nG1 X1 Z-3000 F60\nM2\n"
+    bad = vp.check(source, "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
+    counted = [one for cause in bad.causes for one in (cause.first, *cause.others)]
+    assert len(counted) == len(bad.findings) > len(bad.causes)
+    assert f"\n{bad.causes[0].first}\n" in f"{bad}\n"
+    assert not [text for one in bad.findings for text in one.remedies if "was found" in text]
+    said = vp.check("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 Z-300 F90\nM2\n", "verne", vp.Options(tool_length=80)).errors
+    assert {one.remedy for one in said if one.code == "VP210"} == {"Raise the work offset (wcs), or use a longer tool."}
 
 
 def test_options_print_what_is_not_the_default() -> None:
@@ -556,8 +568,9 @@ def test_an_assertion_of_pytest_shows_the_first_finding() -> None:
     saferepr = pytest.importorskip("_pytest._io.saferepr").saferepr  # what `assert result.ok` prints
     for source in ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nX5\nG1 A99 F900\nM2\n", "G1 X\n"):
         result = vp.check(source, "verne", vp.Options(tool_length=80))
-        shown, first = saferepr(result), next(one for one in result.findings if one.severity == "error")
-        assert f"refused: {first.code} in line {first.line}: {first.message}" in shown
+        shown = saferepr(result)
+        first = next(one.first for one in result.causes if one.first.severity == "error")
+        assert f"refused: {first.code} in line {first.line}: {first.message}"[:100] in shown
 
 
 def test_a_machine_prints_its_limits_in_the_units_and_senses_of_its_rows(tmp_path: Path) -> None:
@@ -755,9 +768,9 @@ def test_a_finding_prints_as_one_line() -> None:
     result = vp.check(
         "G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 0)})
     )
-    first = result.findings[0]
+    first = result.causes[0].first
     assert f"{first}" == str(first)
-    assert str(first).startswith("line 3: VP101 error: slider 1 (rho1) reaches ")
+    assert str(first).startswith("line 3: VP101 error: slider 2 (rho2) reaches ")
     assert str(first) in str(result)
     other = dataclasses.replace(first, file="tools.tbl", file_line=7)
     assert str(other).startswith("tools.tbl:7: VP101 error: ")
