@@ -128,7 +128,8 @@ class Finding:
         The lines of one mistake that is made in several, which need not follow each other. Empty where the finding is
         about one line, or about the whole stretch up to ``last_line``.
     remedies : tuple of str
-        What would bring the program, or the line, within limits: each was tried. Empty where nothing was sought.
+        What would bring the program, or the line, within limits. Each was tried, if it neither begins with "not tried:"
+        nor names a line in machine coordinates. Empty where nothing was sought or found.
     edits : tuple of Remedy
         What is to be written into the program or its set-up.
     file, file_line : str and int, or None
