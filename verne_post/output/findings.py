@@ -207,6 +207,8 @@ def list_remedies(item: Finding, program: str, run: Run = NO_RUN) -> list[str]:
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
         remedy = describe_remedy(item, program, run)
+        if item.code == "VP505" and item.advice:  # of one of its many causes, which is no size
+            return [remedy]
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return [item.advice] if item.advice else []
