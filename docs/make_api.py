@@ -8,6 +8,7 @@ from pathlib import Path
 import verne_post
 from verne_post import api
 from verne_post.model import findings, machine, setpoints
+from verne_post.output import causes
 
 PAGE = Path(__file__).with_name("api.md")
 HEAD = """# Python API
@@ -34,6 +35,10 @@ needs `split_at_stops=True`. Every other program has one part.
 
 A notebook shows results, findings and setpoints as tables. `to_pandas()` and `to_polars()` make data frames. They need
 the extras `pandas` and `polars` ([install](install.md)).
+
+**Findings.** One mistake may have several findings. `result.causes` has them as the commands print them: `first` is
+what is to be corrected, and `others` go with it. `result.findings` has all by line. `remedies` of a finding are what
+would settle it in this program, and `remedy` is what helps in general.
 
 **Programs** are `bytes`, text (`str`), or a `pathlib.Path`. With a path, subprograms in the same folder are found, and
 the set-up `part.nc.toml` is read, as on the command line.
@@ -87,7 +92,8 @@ FUNCTIONS = (
 )
 CLASSES = (
     "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result",
-    "Setpoints", "SetpointBlock", "SetpointFormat", "Finding", "Remedy", "Explanation", "Verification",
+    "Setpoints", "SetpointBlock", "SetpointFormat", "Finding", "Cause", "Remedy", "Explanation",
+    "Verification",
     "Machined", "Proposal", "Batch", "BatchRow", "Page", "Settings", "Summary", "Verdict", "Machine", "Column",
     "Limits", "UsageError", "InputError",
 )  # fmt: skip
@@ -186,7 +192,7 @@ def page() -> str:
         ]
     parts += ["## Classes", ""]
     for name in CLASSES:
-        homes = (verne_post, api, machine, findings, setpoints)
+        homes = (verne_post, api, machine, findings, causes, setpoints)
         home = next(one for one in homes if name in getattr(one, "__all__", dir(one)))
         thing = getattr(home, name)
         parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), "", *list_methods(thing)]

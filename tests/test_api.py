@@ -263,9 +263,30 @@ def test_a_tool_is_given_by_its_length() -> None:
     assert other not in (first, None)
 
 
+def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
+    """As [tools] of a set-up gives it; beside a set-up whose tools have names too, each name has its own length."""
+    text = 'G54 G17 G90 G71\nT="MILL" M6\nD1\nTRAORI\nG0 X0 Y0 Z20\nG1 X10 F600\nM30\n'
+    program = tmp_path / "part.mpf"
+    program.write_text(text, encoding="utf-8")
+    given = vp.Options(tools={"MILL": (112.5, 12), "5": 80, 3: 70}, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    assert sorted(given.tools or {})[:2] == [3, 5]
+    assert given.changed(tools={"MILL": 90}).control == given.control
+    for one in (given, given.changed(air=0)):
+        summary = vp.check(text, "verne", one).summary
+        assert summary is not None
+        assert summary.tools == (("MILL", 112.5),)
+    Path(f"{program}.toml").write_text("[tools]\nMILL = { length = 70 }\n", encoding="utf-8")
+    assert vp.check(program, "verne", vp.Options(tools={"DRILL": 60}, wcs=given.wcs)).findings[0].code == "VP012"
+    summary = vp.check(program, "verne", vp.Options(tools={"DRILL": 60, "MILL": 99}, wcs=given.wcs)).summary
+    assert summary is not None
+    assert summary.tools == (("MILL", 99.0),)
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [
+        (lambda: vp.Options(tools={"MILL": -80}), 'tool "MILL": the length -80 is negative'),
+        (lambda: vp.Options(tools={"5": 80, 5: 80}), "there is a tool 5 already"),
         (lambda: vp.Tool(1, 1, 80), r"80: expected nine numbers.*tools=\{1: 80\}"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 1, (0.0, 0.0, 80.0)), "expected nine numbers"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 80), r"Tool: missing .*'offset'; expected Tool\(number, pocket, .*tools=\{1: 80\}.*, mm"),
@@ -498,7 +519,19 @@ def test_a_printed_result_is_a_few_lines(part: Path) -> None:
     error = bad.findings[0]
     assert shown[0] == f"line {error.line}: {error.code} error: {error.message}"
     assert len(shown) == 3
-    assert last.startswith(f"and {len(bad.findings) - 3} more finding")
+    assert last.startswith(f"and {len(bad.causes) - 3} more cause")
+
+
+def test_a_result_has_the_causes_that_the_commands_print() -> None:
+    """And remedies in the words of Python, none of which says that nothing was found."""
+    source = "G20 G90 G94\nG0 X0 Y0 Z3 A0 C0\nG1 X1 Z-3000 F60\nM2\n"
+    bad = vp.check(source, "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
+    counted = [one for cause in bad.causes for one in (cause.first, *cause.others)]
+    assert len(counted) == len(bad.findings) > len(bad.causes)
+    assert f"\n{bad.causes[0].first}\n" in f"{bad}\n"
+    assert not [text for one in bad.findings for text in one.remedies if "was found" in text]
+    said = vp.check("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 Z-300 F90\nM2\n", "verne", vp.Options(tool_length=80)).errors
+    assert {one.remedy for one in said if one.code == "VP210"} == {"Raise the work offset (wcs), or use a longer tool."}
 
 
 def test_options_print_what_is_not_the_default() -> None:
@@ -535,8 +568,9 @@ def test_an_assertion_of_pytest_shows_the_first_finding() -> None:
     saferepr = pytest.importorskip("_pytest._io.saferepr").saferepr  # what `assert result.ok` prints
     for source in ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nX5\nG1 A99 F900\nM2\n", "G1 X\n"):
         result = vp.check(source, "verne", vp.Options(tool_length=80))
-        shown, first = saferepr(result), next(one for one in result.findings if one.severity == "error")
-        assert f"refused: {first.code} in line {first.line}: {first.message}" in shown
+        shown = saferepr(result)
+        first = next(one.first for one in result.causes if one.first.severity == "error")
+        assert f"refused: {first.code} in line {first.line}: {first.message}"[:100] in shown
 
 
 def test_a_machine_prints_its_limits_in_the_units_and_senses_of_its_rows(tmp_path: Path) -> None:
@@ -734,9 +768,9 @@ def test_a_finding_prints_as_one_line() -> None:
     result = vp.check(
         "G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 0)})
     )
-    first = result.findings[0]
+    first = result.causes[0].first
     assert f"{first}" == str(first)
-    assert str(first).startswith("line 3: VP101 error: slider 1 (rho1) reaches ")
+    assert str(first).startswith("line 3: VP101 error: slider 2 (rho2) reaches ")
     assert str(first) in str(result)
     other = dataclasses.replace(first, file="tools.tbl", file_line=7)
     assert str(other).startswith("tools.tbl:7: VP101 error: ")
@@ -879,7 +913,7 @@ if result.ok and result.setpoints is not None:
     csv: str = result.setpoints.to_csv()
     good: bool = vp.verify(result.setpoints, Path("part.nc"), machine, options).ok
 text: str = vp.explain("G0 X1", machine, 1, options).text
-short = vp.Options(wcs={"G54": (-10, 15, 60)}, tools={1: 80, 2: (80, 10)})
+short = vp.Options(wcs={"G54": (-10, 15, 60)}, tools={1: 80, 2: (80, 10), "MILL": 90})
 lengths: list[float] = [one.offset[2] for one in (short.tools or {}).values()]
 """
 

@@ -336,6 +336,18 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
 def meant_by(values: dict[str, Any]) -> Any:
     """What options mean together: values by name, or REFUSED."""
     meant = {}
+    tools, names = values.get("tools"), {}
+    if isinstance(tools, dict) and len(tools) == 1 and isinstance(key := next(iter(tools)), str):
+        (tool,) = tools.values()
+        if "control" in values and MEANING["control"](values["control"]) is REFUSED:
+            return REFUSED
+        number = tool.number if isinstance(tool, vp.Tool) and type(tool.number) is int else 0
+        names = {} if key.isdecimal() else {key: number or 100_001}
+        control = dict(values.get("control", {}))
+        for dialect in ("siemens", "heidenhain", "aptcl") if names else ():
+            keys = control.get(dialect, {})
+            control[dialect] = {**keys, "tools": {**keys.get("tools", {}), **names}}
+        values = {**values, "tools": {names.get(key) or int(key): tool}, "control": control}
     for name, value in values.items():
         if name not in MEANING or (one := MEANING[name](value)) is REFUSED:
             return REFUSED
@@ -512,7 +524,7 @@ class Cases:
             case "stock":
                 return self.box()
             case "tools":
-                number = pick.choice([0, 1, 7, -1, self.key()])
+                number = pick.choice([0, 1, 7, -1, "MILL", "5", self.key()])
                 sizes = tuple(float(k) for k in range(9))
                 sizes = sizes if pick.random() < 0.8 else self.place(9)
                 same = number if pick.random() < 0.85 else self.one()

@@ -215,6 +215,9 @@ def test_the_machine_is_no_part_of_a_set_up_and_is_named_where_it_belongs(
     other = run("check", "part.mpf").out
     said = "the set-up was written for AC trunnion, y on the part side, and the machine in use is VERNE; give "
     assert f"part.mpf: VP505 warning: {said}--machine, as the remark in the set-up says\n" in other
+    shown = run("check", "part.mpf", "--output-format", "sarif").out
+    assert "If the set-up is right for this machine too, delete the remark." in shown
+    assert "implausible size: If" not in shown
     assert f"{said}machine, as the remark in the set-up says" in [one.message for one in vp.check(program).findings]
     Path("verne-post.toml").write_text(key)
     right = run("check", "part.mpf").out

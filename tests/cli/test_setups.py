@@ -895,3 +895,13 @@ def test_a_tool_of_a_table_that_is_replaced_is_said_to_be_there(folder: Path, ru
     settings = verne_post.read_settings("verne-post.toml")
     (error,) = verne_post.check(Path("part.nc"), "verne", settings=settings, setup="beside").findings[:1]
     assert said in error.message
+
+
+def test_a_named_tool_of_a_table_that_is_replaced_has_no_length(folder: Path, run: Callable[..., Any]) -> None:
+    """Both tables count from one number: MILL of the settings had the length of DRILL in the set-up."""
+    Path("part.mpf").write_text('G54 G17 G90 G71\nT="MILL" M6\nD1\nTRAORI\nG0 X0 Y0 Z50\nG1 X9 F600\nM30\n', "utf-8")
+    Path("verne-post.toml").write_text('[setup."*.mpf".tools.MILL]\nlength = 99\n', "utf-8")
+    Path("part.mpf.toml").write_text("[wcs]\nG54 = [0, 0, 40]\n[tools.DRILL]\nlength = 60\n", "utf-8")
+    assert 'VP012 error: T="MILL": no tool of this name is given' in run("check", "part.mpf").out
+    errors = verne_post.check(Path("part.mpf"), "verne", settings=Path("verne-post.toml")).errors
+    assert [item.code for item in errors] == ["VP012"]

@@ -14,9 +14,10 @@ from typing import Any, Final, ParamSpec, TypeVar, get_args
 from msgspec import structs
 
 from verne_post.base.type_words import list_alternatives
-from verne_post.model.findings import InputError, UsageError
+from verne_post.model.findings import Finding, InputError, UsageError, list_found
 from verne_post.model.options import OPTIONS, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK
+from verne_post.output.findings import choose_remedy
 from verne_post.toolpath.work_offset import Aim
 
 #: Options of commands that the table does not have -> the argument that has what they say.
@@ -161,6 +162,8 @@ def _name_within(thing: Any) -> Any:
     for key in names:  # to ask for others would look for what is meant by them
         if key in _WITH_TEXTS and (value := getattr(thing, key)) is not None:
             changed[key] = _WITH_TEXTS[key](value)
+    if isinstance(thing, Finding):
+        changed["advice"] = name_in_python(choose_remedy(thing))
     if not changed:
         return thing
     return dataclasses.replace(thing, **changed) if is_plain else structs.replace(thing, **changed)
@@ -177,7 +180,8 @@ def _name_in_each(texts: Iterable[str]) -> tuple[str, ...]:
 #: Fields with texts that name options, and what writes them as Python has them.
 _WITH_TEXTS: Final[Mapping[str, Callable[[Any], Any]]] = {
     **dict.fromkeys(("message", "text", "working"), name_in_python),
-    **dict.fromkeys(("remedies", "notes"), _name_in_each),
+    "remedies": lambda remedies: _name_in_each(list_found(remedies)),
+    "notes": _name_in_each,
     **dict.fromkeys(("findings", "edits"), _name_within_each),
     **dict.fromkeys(("summary", "part", "verification"), _name_within),
     "describe": lambda describe: partial(_describe_in_python, describe),

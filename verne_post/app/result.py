@@ -30,6 +30,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import SEVERITIES, Verdict, find_exit_status, find_verdict
+from verne_post.output.causes import Cause, find_causes, find_first_error, list_first
 from verne_post.output.findings import describe_unchecked
 from verne_post.output.fixed_point import format_rows
 
@@ -307,6 +308,11 @@ class Result:
         return Findings(item for item in self.findings if item.severity == "warning")
 
     @property
+    def causes(self) -> tuple[Cause, ...]:
+        """The findings by what one correction settles, as the commands print them: ``first``, ``others``."""
+        return tuple(find_causes(self.findings))
+
+    @property
     def exit_code(self) -> int:
         """The exit status that the command line returns for it."""
         return int(find_exit_status(self.findings))
@@ -326,7 +332,7 @@ class Result:
 
     def _make_text_rows(self) -> list[list[str]]:
         """Facts, of which the first finding is one where the program is refused: pytest shows 118 characters."""
-        first = next((item for item in self.findings if item.severity == "error"), None)
+        first = find_first_error(self.findings)
         where = "" if first is None or first.line is None else f" in line {first.line}"
         why = "" if first is None else f": {first.code}{where}: {first.full_message}"
         rows = [["verdict", f"{self.verdict.word}{why}"]]
@@ -352,15 +358,15 @@ class Result:
         return "a sink or files took the rows"
 
     def __str__(self) -> str:
-        """Verdict, time and the first findings in a few lines; ``repr`` has all facts and findings as tables."""
+        """Verdict, time and the first causes in a few lines; ``repr`` has all facts and findings as tables."""
         where = [f"on {self.machine}"] if self.machine else []
         seconds = f", {self.summary.cycle_time:.3f} s" if self.summary is not None else ""
         lines = [" ".join([f"{self.program}:"] * bool(self.program) + [self.verdict, *where]) + seconds]
         lines += describe_unchecked([self.unchecked])
-        worst = sorted(self.findings, key=lambda item: SEVERITIES.index(item.severity))
+        worst = sorted(list_first(self.findings), key=lambda item: SEVERITIES.index(item.severity))
         lines += map(str, worst[:_SHOWN_FINDINGS])
         if len(worst) > _SHOWN_FINDINGS:
-            lines.append(f"and {format_count(len(worst) - _SHOWN_FINDINGS, 'more finding')}, in result.findings")
+            lines.append(f"and {format_count(len(worst) - _SHOWN_FINDINGS, 'more cause')}, in result.causes")
         return "\n".join(lines)
 
     def __repr__(self) -> str:

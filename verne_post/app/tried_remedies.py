@@ -54,7 +54,16 @@ from verne_post.kinematics.checks.remedies import (
     select_line,
 )
 from verne_post.model.codes import CODES
-from verne_post.model.findings import NOT_TRIED, Finding, InputError, Remedy, has_line, join_lines, make_finding
+from verne_post.model.findings import (
+    NOT_TRIED,
+    NOTHING_FOUND,
+    Finding,
+    InputError,
+    Remedy,
+    has_line,
+    join_lines,
+    make_finding,
+)
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
@@ -664,7 +673,7 @@ def _say_no_offset(options: Options, tried: Sequence[WorkOffset]) -> Remedy:
     with_them = f" (tried: {named})" if named else ""
     fit = find_run(options).spell("fit", options.source_name)
     return Remedy(
-        f"no work offset near this one was found that brings the program within limits{with_them}; `{fit}` "
+        f"{NOTHING_FOUND} was found that brings the program within limits{with_them}; `{fit}` "
         "seeks one over the whole table"
     )
 

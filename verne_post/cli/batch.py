@@ -29,7 +29,7 @@ from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
-from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
+from verne_post.model.verdict import Verdict, find_exit_status, find_gravest, find_verdict
 from verne_post.output.batch_table import format_batch
 from verne_post.output.causes import count_causes
 from verne_post.output.formats import FORMATS
@@ -168,8 +168,8 @@ def command(
 
         print_as_is(REPORTS["github"](reports, machine))
     if not quiet:
-        unchecked = [one.unchecked for one in outcomes if one.status == ExitStatus.CLEAN]
-        echo("".join(f"{line}\n" for line in describe_unchecked(unchecked)), nl=False, err=True)
+        unchecked = describe_unchecked([one.unchecked for one in outcomes])
+        echo("".join(f"{line}\n" for line in unchecked), nl=False, err=True)
         echo(
             format_batch(outcomes, is_brief=True, machines={name: one.name for name, one in machines.items()}), nl=False
         )

@@ -73,6 +73,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     setups = list(_find_setups(files, given.get("setup_file"), program, settings))
     if not setups:
         return Placed(given)
+    from verne_post.config.control_tables import drop_counted_names
     from verne_post.config.program_setup import TABLE_KEYS, TOOL_KEYS
 
     below: dict[str, Any] = {}
@@ -83,6 +84,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     keep_out: dict[str, tuple[FixtureFile, Path | None, str]] = {}
     stock: tuple[FixtureFile, Path | None, str] | None = None
     part: tuple[PartFile, Path, str] | None = None
+    control: list[Mapping[str, Mapping[str, Any]]] = []
     for setup in setups:
         values = {
             **setup.options,
@@ -93,6 +95,8 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
             own.update(TOOL_KEYS)
         if any(key in values for key in TABLE_KEYS):
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
+            control = [*map(drop_counted_names, control)]
+        control.append(setup.control)
         below |= values
         tool_places |= setup.list_tool_places()
         named |= {KEYS_OF_FILES[key]: setup.place_of(key) for key in setup.files if key in KEYS_OF_FILES}
@@ -118,11 +122,10 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     source = ", ".join(setup.name for setup in setups)
     named = {key: place for key, place in named.items() if key not in above}
     remap = {code: meaning for setup in setups for code, meaning in setup.remap.items()}
-    control = tuple(setup.control for setup in setups)
     replaced = tuple(key for key in above if key in own)
     merged = {**given, **below, **above, "replaced_tools": tool_places}
     merged["setup_machine"] = next((setup.machine for setup in reversed(setups) if setup.machine), "")
-    return Placed(merged, tuple(offsets), keep_out, stock, part, source, named, remap, control, replaced)
+    return Placed(merged, tuple(offsets), keep_out, stock, part, source, named, remap, tuple(control), replaced)
 
 
 def name_setup(asked: str | None) -> str:

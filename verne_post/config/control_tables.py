@@ -1,10 +1,12 @@
 """Tables of settings and set-ups that say what a control's builder has chosen: [remap], [siemens] and the like."""
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from verne_post.gcode.user_meanings import refuse_known_meanings
 from verne_post.model.control_keys import KEYS, read_keys
 from verne_post.model.option_checks import check_remap
+from verne_post.model.part_setup import FIRST_NAMED_TOOL
 
 
 def find_wrong_codes(remap: Mapping[str, str]) -> Iterator[str]:
@@ -26,6 +28,19 @@ def find_wrong_keys(control: Mapping[str, Mapping[str, object]], elsewhere: Mapp
             read_keys(KEYS[dialect], keys)
         except ValueError as error:
             yield f"{dialect}.{error}"
+
+
+def drop_counted_names(table: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Keys by dialect without tools that have only a name: a stronger tool table counts its own anew."""
+    return {
+        dialect: {
+            key: {name: number for name, number in value.items() if number < FIRST_NAMED_TOOL}
+            if key == "tools"
+            else value
+            for key, value in keys.items()
+        }
+        for dialect, keys in table.items()
+    }
 
 
 def merge_keys(*tables: Mapping[str, Mapping[str, object]]) -> dict[str, dict[str, object]]:

@@ -7,7 +7,7 @@ from typing import Any, Final, Literal, TypeVar
 
 from verne_post.base.text_marks import decode_text
 from verne_post.config.box_file import FixtureFile, make_stock
-from verne_post.config.control_tables import merge_keys
+from verne_post.config.control_tables import drop_counted_names, merge_keys
 from verne_post.config.files import read_file
 from verne_post.config.part_setup import read_lengths, read_offsets
 from verne_post.config.program_setup import FILE_KEYS, TABLE_KEYS, TOOL_KEYS, ProgramSetup, read_setup
@@ -87,6 +87,7 @@ def lay_over_setup(
         }
     part: NominalPart | None = None
     own: set[str] = set()
+    controls: list[Mapping[str, Mapping[str, Any]]] = [{} if settings is None else settings.control]
     tool_places: dict[int, str] = {}
     wcs: dict[int, WorkOffset] = {}
     to_measure: dict[int, str] = {}
@@ -95,8 +96,10 @@ def lay_over_setup(
         if has & {*TOOL_KEYS}:
             if has & {*TABLE_KEYS}:
                 below, files = _drop_tools(below), _drop_tools(files)
+                controls = [*map(drop_counted_names, controls)]
             has |= {*TOOL_KEYS}
         own |= has
+        controls.append(file.control)
         tool_places |= file.list_tool_places()
         below |= file.options
         files |= {key: (path, file.place_of(key)) for key, path in file.files.items() if key in FILE_KEYS}
@@ -129,7 +132,9 @@ def lay_over_setup(
     replaced += ["wcs"] if any(options.wcs[system] != wcs[system] for system in options.wcs.keys() & wcs.keys()) else []
     wcs |= options.wcs
     remaps = [{} if settings is None else settings.file.remap, *(file.remap for file in setups), options.remap]
-    controls = [{} if settings is None else settings.control, *(file.control for file in setups), options.control]
+    if "tools" in given:
+        controls = [*map(drop_counted_names, controls)]
+    controls.append(options.control)
     return Options(
         **{
             "stock": stock,

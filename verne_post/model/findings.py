@@ -29,6 +29,15 @@ NOT_TRIED: Final = "not tried: "
 _NEEDS_NO_TRIAL: Final = "which no work offset moves"
 
 
+#: Begins what stands in place of a remedy where none was found: people are told.
+NOTHING_FOUND: Final = "no work offset near this one"
+
+
+def list_found(remedies: Iterable[str]) -> list[str]:
+    """The remedies of a finding, for a program: without the one that says that nothing was found."""
+    return [one for one in remedies if not one.startswith(NOTHING_FOUND)]
+
+
 def describe_trial(remedy: str) -> str:
     """A remedy of a finding, with the word that says that it was tried, where it was."""
     is_tried = _NEEDS_NO_TRIAL not in remedy and not remedy.startswith(NOT_TRIED)
@@ -119,7 +128,8 @@ class Finding:
         The lines of one mistake that is made in several, which need not follow each other. Empty where the finding is
         about one line, or about the whole stretch up to ``last_line``.
     remedies : tuple of str
-        What would bring the program, or the line, within limits: each was tried. Empty where nothing was sought.
+        What would bring the program, or the line, within limits. Each was tried, if it neither begins with "not tried:"
+        nor names a line in machine coordinates. Empty where nothing was sought or found.
     edits : tuple of Remedy
         What is to be written into the program or its set-up.
     file, file_line : str and int, or None
@@ -138,7 +148,7 @@ class Finding:
         Tip in the table frame, mm, where the contact with the stock (VP216) begins in ``line``.
     advice : str or None
         What helps in this case, in place of what the code says; INPUT stands for the program. Empty where the message
-        has it.
+        has it. The functions of Python give every finding its own: read ``remedy``.
     called : CalledPlace or None
         The place in a file that ``line`` calls, where the mistake stands there.
     names_lines : bool
@@ -179,6 +189,11 @@ class Finding:
         name = "" if self.file is None else self.file if self.file_line is None else f"{self.file}:{self.file_line}"
         line = self.line if self.file is None else None
         return (f"line {line}: " if line is not None else f"{name}: " if name else "") + describe(self)
+
+    @property
+    def remedy(self) -> str:
+        """What helps in general, as JSON has it; empty where the message says it. INPUT stands for the program."""
+        return CODES[self.code].remedy if self.advice is None else self.advice
 
     @property
     def full_message(self) -> str:

@@ -23,7 +23,7 @@ from verne_post.base.suggestions import find_truth, suggest
 from verne_post.base.team import can_fork
 from verne_post.base.type_words import describe, describe_bounds, has_shape, list_alternatives, strip_bounds
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
-from verne_post.model.control_keys import check_control
+from verne_post.model.control_keys import NAMING_TOOLS, check_control
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import (
     Checked,
@@ -76,7 +76,8 @@ if TYPE_CHECKING:
         def __get__(self, one: Any, kind: Any) -> _Held: ...
         def __set__(self, one: object, value: _Given) -> None: ...
 
-    HeldTools = Converted[dict[int, Tool] | None, Mapping[int, Tool | float | tuple[float, float]] | None]
+    # a key is a number or a name: the type of keys is invariant, and unions of mappings spoil those of values
+    HeldTools = Converted[dict[int, Tool] | None, Mapping[Any, Tool | float | tuple[float, float]] | None]
     _Offset = WorkOffset | tuple[float, ...]
     HeldOffsets = Converted[
         dict[int, WorkOffset], Mapping[int, _Offset] | Mapping[str, _Offset] | Mapping[str | int, _Offset]
@@ -187,9 +188,9 @@ class Options:
         HeldTools,
         Checked(check_tools),
         _describe_unlisted(
-            "Tool table by number; in place of a tool its length in mm, or length and diameter.",
+            "Tool table by number or name; in place of a tool its length in mm, or length and diameter.",
             Group.SETUP,
-            takes=Mapping[int, Tool | float | tuple[float, float]] | None,
+            takes=Mapping[int | str, Tool | float | tuple[float, float]] | None,
         ),
     ] = None  # type: ignore[assignment]
     wcs: Annotated[
@@ -576,6 +577,7 @@ class Options:
                     begun = [one for one in OPTIONS if one.startswith(name)]
                     near = f"; did you mean {begun[0]}?" if len(begun) == 1 else suggest(name, OPTIONS)
                     raise UsageError(name, f"there is no such option{near}")
+            given = _number_named_tools(given)
             for name, option in OPTIONS.items():
                 # plain attributes cannot be set from outside
                 self.__dict__[name] = check_value(name, given[name]) if name in given else option.default()
@@ -657,6 +659,39 @@ class Options:
             }
         values["control"] = {dialect: _hide_inner_numbers(keys) for dialect, keys in self.control.items()}
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
+
+
+def _number_named_tools(given: dict[str, Any]) -> dict[str, Any]:
+    """Options whose tools have numbers, and each language the names of those that have only a name.
+
+    As of [tools] in a set-up. A name that ``control`` gives for any language keeps its number.
+    """
+    tools, control = given.get("tools"), given.get("control", {})
+    if not isinstance(tools, Mapping) or not any(isinstance(key, str) for key in tools):
+        return given
+    control = check_value("control", control)
+    known = {name: number for number, name in list_setup_names(control).items()}
+    numbered: dict[Any, Any] = {}
+    names: dict[str, int] = {}
+    for key, tool in tools.items():
+        number: Any = key
+        if isinstance(key, str) and key.isdecimal():
+            number = int(key)
+        elif isinstance(key, str):
+            after = 1 + max([FIRST_NAMED_TOOL - 1, *known.values(), *names.values()])
+            given_number = tool.number if isinstance(tool, Tool) and type(tool.number) is int else 0
+            number = names[key] = given_number or known.get(key, after)
+            try:
+                check_tools({number: tool})
+            except ValueError as error:
+                raise UsageError("tools", str(error).replace(f"tool {number}", f'tool "{key}"')) from None
+        if number in numbered:
+            raise UsageError("tools", f"{key!r}: there is a tool {number} already")
+        numbered[number] = tool
+    for dialect in NAMING_TOOLS if names else ():
+        keys = control.get(dialect, {})
+        control = {**control, dialect: {**keys, "tools": {**keys.get("tools", {}), **names}}}
+    return {**given, "tools": numbered, "control": control}
 
 
 class Option(Struct, frozen=True):

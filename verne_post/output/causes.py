@@ -36,11 +36,21 @@ _SHOWN: Final = 0.0005
 
 
 class Cause(Struct, frozen=True):
-    """Findings that one thing settles."""
+    """Findings that one correction settles.
 
-    first: Finding  #: Where the program has to be corrected first; with the remedies of all of them.
-    others: tuple[Finding, ...]  #: By line.
-    indices: tuple[int, ...]  #: Their places among the findings: of the first one, then of the others.
+    Attributes
+    ----------
+    first : Finding
+        Where the program has to be corrected first; with the remedies of all of them.
+    others : tuple of Finding
+        By line.
+    indices : tuple of int
+        Their places among the findings: of the first one, then of the others.
+    """
+
+    first: Finding
+    others: tuple[Finding, ...]
+    indices: tuple[int, ...]
 
     def describe_others(self) -> str:
         """By how much and in which lines the others break their limits, the worst place of each joint; or nothing."""

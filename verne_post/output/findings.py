@@ -14,7 +14,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, describe, describe_trial
+from verne_post.model.findings import Finding, describe, describe_trial, list_found
 from verne_post.model.verdict import (
     OF_THE_PART,
     Severity,
@@ -207,6 +207,8 @@ def list_remedies(item: Finding, program: str, run: Run = NO_RUN) -> list[str]:
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
         remedy = describe_remedy(item, program, run)
+        if item.code == "VP505" and item.advice:  # of one of its many causes, which is no size
+            return [remedy]
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return [item.advice] if item.advice else []
@@ -239,8 +241,6 @@ def _name_explain(item: Finding, program: str, run: Run) -> str:
     return f"`{run.spell('explain', program, f':{item.line}')}`"
 
 
-#: What was tried and helps nothing: people are told, and no program takes it for a remedy.
-_NOTHING_FOUND: Final = "no work offset near this one"
 #: What helps where a code of the builder has no meaning yet.
 _GIVE_MEANING: Final = (
     "Fill in its meaning in INPUT.toml, or post the program without it; verne-post setup INPUT writes a missing entry."
@@ -285,10 +285,10 @@ def describe_remedy(item: Finding, program: str, run: Run = NO_RUN) -> str:
 
     Empty where the message says it.
     """
-    return _name_program(_choose_remedy(item), program, run)
+    return _name_program(choose_remedy(item), program, run)
 
 
-def _choose_remedy(item: Finding) -> str:
+def choose_remedy(item: Finding) -> str:
     """The remedy of the code; where one key of a set-up is missing, with that key."""
     if find_suggestion(item.message):
         return ""
@@ -358,7 +358,7 @@ def make_records(findings: Sequence[Finding], program: str, run: Run = NO_RUN) -
             **{key: getattr(item, key) for key in _KEYS},
             "message": item.full_message,
             **({} if item.called is None else dict(zip(_OF_FILE, item.called, strict=True))),
-            "remedies": [one for one in item.remedies if not one.startswith(_NOTHING_FOUND)],
+            "remedies": list_found(item.remedies),
             "settled_by": [".".join(key) for key in item.settled_by],
             "remedy": describe_remedy(item, program, run),
             "counted_with": counted_with.get(index),
