@@ -473,10 +473,11 @@ CODES: Final[dict[str, Code]] = _make_table(
      "Correct what the message names: docs/keep-out.md shows tool shapes, docs/setpoints.md measured "
      "offsets and lengths."),
     ("VP505", "implausible size", "warning",
-     "A speed, feed rate, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not "
-     "intended. Most often it is in another unit. It is in the machine file, the command line, the set-up or the "
-     "program. Or a rapid goes down below every cut of its tool, mostly to a height with the wrong sign. Or no cut "
-     "comes into the stock, which may stand elsewhere: its numbers are read from the table unless it has a system. "
+     "A speed, feed rate, pitch of a tap, acceleration, jerk, travel, length, cycle or tolerance is possible, but "
+     "probably not intended. Most often it is in another unit. It is in the machine file, the command line, the "
+     "set-up or the program. Or a rapid goes down below every cut of its tool, mostly to a height with the wrong "
+     "sign. Or no cut comes into the stock, which may stand elsewhere: its numbers are read from the table unless it "
+     "has a system. "
      "It is an error where a program cuts with 200 mm a turn (G95) or more, where it exceeds the travel in "
      "inches but not in mm, and where it touches a mesh that fits on the table only in mm. Then the limits that "
      "the program breaks, or contacts with the mesh, are not listed. `verne-post explain` names limits of a line.",
