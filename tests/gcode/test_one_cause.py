@@ -1146,6 +1146,12 @@ def test_a_place_beyond_a_turn_is_told(machine, word, right, line):
 @pytest.mark.parametrize(("dialect", "lines", "wanted"), [
     ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG54\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
      ("VP017", 9, 1, "a change of work offset under G68; write G69 first")),
+    *(
+        ("fanuc", f"G0 Z60.\n{code} G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.",
+         ("VP017", 8, 1, f"{code.split()[0]} in the block of G68.2: which of the two a control executes first is not "
+                         f"known; write {code.split()[0]} in a line of its own before"))
+        for code in ("G55", "G54.1 P2")
+    ),
     ("fanuc", "G93\nG1 X5.\nG2 X9. R9.\nG1 X20.", ("VP009", 7, 3, "G1 with inverse-time feed (G93) needs F in the same "
                                                    "block, or G94; first in line 8")),
     ("fanuc", "G93\nG1 X5. F9.\nX20.\nG81 X9. Z50. R55. F90.\nX20.\nG80\nG1 X5.",
@@ -1161,6 +1167,14 @@ def test_a_mode_that_was_not_meant_is_one_finding(machine, dialect, lines, wante
     (item,) = check(HEADS[dialect].format(lines).encode(), machine, options).findings
     assert (item.code, item.line, item.count, item.message) == wanted
     assert item.column == (1 if "first in line" in item.message else None)  # at G93
+
+
+def test_the_active_work_offset_may_stand_in_the_block_of_a_plane(view):
+    text = HEADS["fanuc"].format("G54\nG0 Z60.\n{} G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.\nG69")
+    (with_offset, found), (without, _) = (view(text.format(code), dialect="fanuc") for code in ("G54", ""))
+    assert found == ()
+    assert (with_offset.end == without.end).all()
+    assert with_offset.frames == without.frames
 
 
 _CONTOURS = {
