@@ -189,7 +189,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "The program cuts before it names a rotary axis, and names it later with another angle than 0. The "
      "table is assumed to be at"
      " that angle from the start. It is an error if --from has the table at another angle.",
-     "Name the rotary axes in a G0 before the first cut, at 0 if the table is to be level. If the table really is "
+     "Name the rotary axes in a rapid before the first cut, at 0 if the table is to be level. If the table really is "
      "at the angle of the message, name that angle."),
     ("VP037", "tool-centre-point control not requested", "warning",
      "A program cuts while the rotary axes are turned, or while they turn, and no active code says in which "
