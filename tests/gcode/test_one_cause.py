@@ -1146,6 +1146,17 @@ def test_a_place_beyond_a_turn_is_told(machine, word, right, line):
 @pytest.mark.parametrize(("dialect", "lines", "wanted"), [
     ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG54\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
      ("VP017", 9, 1, "a change of work offset under G68; write G69 first")),
+    *(
+        ("fanuc", f"G0 Z60.\n{code} G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.",
+         ("VP017", 8, 1, f"{code.split()[0]} in the block of G68.2: which of the two a control executes first is not "
+                         f"known; write {code.split()[0]} in a line of its own before"))
+        for code in ("G55", "G54.1 P2")
+    ),
+    # G28 has cancelled the length that the second G43 was to give
+    ("fanuc", "G43 H1 Z50.\nG28 G91 Z0.\nG90\nT1 M6\nG43 Z50. M8\nG1 Z45. F90.",
+     ("VP005", 11, 1, "a tool length offset needs H, its number: none was given since the tool change")),
+    ("fanuc", "G43.5 H1 Z50.\nG0 X1. A5. C9.\nX2. A6.\nX3. C8.",
+     ("VP006", 8, 3, "A and C under G43.5, where I J K give the tool axis; use G43.4 for these words")),
     ("fanuc", "G93\nG1 X5.\nG2 X9. R9.\nG1 X20.", ("VP009", 7, 3, "G1 with inverse-time feed (G93) needs F in the same "
                                                    "block, or G94; first in line 8")),
     ("fanuc", "G93\nG1 X5. F9.\nX20.\nG81 X9. Z50. R55. F90.\nX20.\nG80\nG1 X5.",
@@ -1160,7 +1171,16 @@ def test_a_mode_that_was_not_meant_is_one_finding(machine, dialect, lines, wante
     options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
     (item,) = check(HEADS[dialect].format(lines).encode(), machine, options).findings
     assert (item.code, item.line, item.count, item.message) == wanted
-    assert item.column == (1 if "first in line" in item.message else None)  # at G93
+    at_word = {"VP006": 8}.get(item.code)
+    assert item.column == (1 if "first in line" in item.message else at_word)  # at G93, at A
+
+
+def test_the_active_work_offset_may_stand_in_the_block_of_a_plane(view):
+    text = HEADS["fanuc"].format("G54\nG0 Z60.\n{} G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.\nG69")
+    (with_offset, found), (without, _) = (view(text.format(code), dialect="fanuc") for code in ("G54", ""))
+    assert found == ()
+    assert (with_offset.end == without.end).all()
+    assert with_offset.frames == without.frames
 
 
 _CONTOURS = {

@@ -149,6 +149,51 @@ def test_holes_of_one_cycle_are_one_refusal_and_one_note(view, machine):
     assert (moves.feed == 600).sum() == 6
 
 
+CYCLE_84 = "CYCLE84(20,0,2,-10,,,3,,{},0,400)"
+G84 = "S400 M3\nM29 S{}\nG84 Z-10 R5 F{}"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "remark", "text", "pitch", "reason"),
+    [
+        ("fanuc", "", G84.format(400, "500."), "1.25", ""),
+        ("fanuc", "", G84.format(400, "5000."), "12.5", "tool 1 has a diameter of 8 mm"),
+        ("fanuc", "", G84.format(40, "500."), "12.5", "tool 1 has a diameter of 8 mm"),
+        ("fanuc", "", G84.format(400, "50."), "0.125", "none has less than 0.15 mm"),
+        ("fanuc", "(T1 M8 TAP)", G84.format(400, "50."), "0.125", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 M8 TAP)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 M8 TAP)", G84.format(400, "200."), "0.5", ""),  # the finest thread of this size
+        ("fanuc", "(T1 M8X1 TAP)", G84.format(400, "400."), "1", ""),
+        ("fanuc", "(T1 M8X1.25 TAP)", G84.format(400, "400."), "1", "its tool that it is M8X1.25;"),
+        ("fanuc", "(T1 M8X20 TAP)", G84.format(400, "400."), "1", ""),  # a length
+        ("fanuc", "(T1 M2.5 TAP)", G84.format(400, "180."), "0.45", ""),
+        ("fanuc", "(T1 TAP, M08)", G84.format(400, "1200."), "3", ""),  # coolant
+        ("rs274", "(T1 M8 TAP)", "S400 M3 F5000\nG84 Z-10 R5", "12.5", "M8, whose coarse pitch is 1.25 mm"),
+        ("siemens", "; T1 M8 TAP", CYCLE_84.format(125), "125", "M8, whose coarse pitch is 1.25 mm"),
+        ("siemens", "", CYCLE_84.format(1.25), "1.25", ""),
+        ("heidenhain", "", TAP_207.format(pitch="+125"), "125", "tool 1 has a diameter of 8 mm"),
+        ("heidenhain", "", TAP_207.format(pitch="-1"), "1", ""),
+        ("aptcl", "", CL.format(400, "CLW") + TAP_CL.format("DEPTH,10,MMPR,12.5"), "12.5", "a diameter of 8 mm"),
+    ],
+)
+def test_a_pitch_that_no_tap_has_is_told(dialect, remark, text, pitch, reason):
+    starts = {
+        "fanuc": "%\nO1\n{}\nG21 G90 G17 G94 G54\nT1 M6\nG0 X0 Y0 A0 C0\nG43 H1 Z50\n",
+        "rs274": "{}\nG21 G90 G17 G94 G54\nT1 M6\nG0 X0 Y0 A0 C0\nG43 H1 Z50\n",
+        "siemens": "{}\nG17 G90 G54 G94\nT1 M6\nD1\nS400 M3\nG0 X0 Y0 A0 C0\nZ50\n",
+        "heidenhain": KLARTEXT,
+        "aptcl": "",
+    }
+    ends = {**ENDS, "rs274": "\nM2"}
+    options = Options(dialect=dialect, tapping="feed", tools={1: make_tool(1, 80.0, 8.0)}, wcs={"G54": (0, 0, 90)})
+    found = check(starts[dialect].format(remark) + text + ends[dialect], "ac_trunnion", options).findings
+    (note,) = (item.message for item in found if item.code == "VP047")
+    told = [item.message for item in found if item.code == "VP505"]
+    assert f"each tap ({pitch} mm a turn)" in note
+    assert len(told) == bool(reason)
+    assert all(one.startswith(f"{pitch} mm a turn") and reason in one for one in told)
+
+
 @pytest.mark.parametrize(
     ("dialect", "text"),
     [

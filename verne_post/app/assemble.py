@@ -16,6 +16,7 @@ from verne_post import gcode
 from verne_post.app.arc_check import drop_helices
 from verne_post.app.axis_check import check_normals, check_rotary_words
 from verne_post.app.diameter_check import check_diameters
+from verne_post.app.pitch_check import check_pitches
 from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
 from verne_post.app.row_format import find_drives
 from verne_post.app.setup_check import check_machine_of_setup, check_setup
@@ -317,6 +318,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         *check_setup(moves, path, machine, options, from_move),
         *check_normals(source, moves, machine.coordinates, from_move),
         *check_diameters(source, moves, options),
+        *map(moves.called_lines.place, check_pitches(source, moves, options, from_move)),
         *check_rotary_words(source, moves, from_move),
         *check_tolerances(source, moves, path, from_move),
         *turns,

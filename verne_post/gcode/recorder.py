@@ -38,6 +38,7 @@ from verne_post.model.moves import (
     Selection,
     Stock,
     TablePlace,
+    Tap,
 )
 from verne_post.model.splines import GrowingSplines, Splines
 from verne_post.model.verdict import Severity
@@ -180,6 +181,7 @@ class Recorder(Struct):
     planes: list[PlaneCall] = field(default_factory=list)
     speeds: list[tuple[int, int]] = field(default_factory=list)
     turn_feeds: list[tuple[int, int]] = field(default_factory=list)
+    taps: dict[tuple[int | None, float], Tap] = field(default_factory=dict)
     #: Number of the next move at the first feed rate that is given after each change of tools.
     feeds: list[int] = field(default_factory=list)
     lacks_feed: bool = False  #: True from a change of tools to that.
@@ -654,6 +656,7 @@ class Recorder(Struct):
             called_lines=self.lines.freeze(),
             speeds=tuple(self.speeds),
             turn_feeds=tuple(self.turn_feeds),
+            taps=tuple(self.taps.values()),
             feeds=tuple(self.feeds),
             language=self.language,
             first_cut=self.first_cut,

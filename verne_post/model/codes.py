@@ -189,7 +189,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "The program cuts before it names a rotary axis, and names it later with another angle than 0. The "
      "table is assumed to be at"
      " that angle from the start. It is an error if --from has the table at another angle.",
-     "Name the rotary axes in a G0 before the first cut, at 0 if the table is to be level. If the table really is "
+     "Name the rotary axes in a rapid before the first cut, at 0 if the table is to be level. If the table really is "
      "at the angle of the message, name that angle."),
     ("VP037", "tool-centre-point control not requested", "warning",
      "A program cuts while the rotary axes are turned, or while they turn, and no active code says in which "
@@ -473,11 +473,12 @@ CODES: Final[dict[str, Code]] = _make_table(
      "Correct what the message names: docs/keep-out.md shows tool shapes, docs/setpoints.md measured "
      "offsets and lengths."),
     ("VP505", "implausible size", "warning",
-     "A speed, feed rate, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not "
-     "intended. Most often it is in another unit. It is in the machine file, the command line, the set-up or the "
-     "program. Or a rapid goes down below every cut of its tool, mostly to a height with the wrong sign. Or no cut "
-     "comes into the stock, which may stand elsewhere: its numbers are read from the table unless it has a system. Or "
-     "the set-up was written for another machine, where places and lengths may count from other points. "
+     "A speed, feed rate, pitch of a tap, acceleration, jerk, travel, length, cycle or tolerance is possible, but "
+     "probably not intended. Most often it is in another unit. It is in the machine file, the command line, the "
+     "set-up or the program. Or a rapid goes down below every cut of its tool, mostly to a height with the wrong "
+     "sign. Or no cut comes into the stock, which may stand elsewhere: its numbers are read from the table unless it "
+     "has a system. Or the set-up was written for another machine, where places and lengths may count from other "
+     "points. "
      "It is an error where a program cuts with 200 mm a turn (G95) or more, where it exceeds the travel in "
      "inches but not in mm, and where it touches a mesh that fits on the table only in mm. Then the limits that "
      "the program breaks, or contacts with the mesh, are not listed. `verne-post explain` names limits of a line.",

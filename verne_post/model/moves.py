@@ -224,6 +224,15 @@ class PlaneCall(Struct, frozen=True):
     own_line: int = 0  #: As in :class:`Event`.
 
 
+class Tap(Struct, frozen=True):
+    """The first thread of one pitch that a tool taps."""
+
+    line: int  #: In another file, its line there.
+    before: int  #: As in :class:`Event`.
+    tool: int | None  #: None before the first change of tools.
+    pitch: float  #: Of the moves, mm a turn.
+
+
 def name_tools(events: Iterable[Event]) -> dict[int, str]:
     """Number -> name of the tools that a program names."""
     return {event.tool: str(event.data["name"]) for event in events if "name" in event.data}
@@ -465,6 +474,7 @@ class Moves(Struct, frozen=True):
     #: Line and number of the next move, of each word that gives the spindle a speed; in another file, its line there.
     speeds: tuple[tuple[int, int], ...] = ()
     turn_feeds: tuple[tuple[int, int], ...] = ()  #: The same of each G95.
+    taps: tuple[Tap, ...] = ()
     feeds: tuple[int, ...] = ()  #: Number of the next move, of the first feed rate after each change of tools.
     language: str = ""  #: "siemens", "heidenhain" or "aptcl": whose words messages have; else those of G-code.
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
@@ -578,7 +588,7 @@ class Moves(Struct, frozen=True):
 
     def _count_anew(self, count: Callable[[int], int]) -> dict[str, Any]:
         """All that is said of moves by their numbers, but events and called lines; ``count``: the new number of one."""
-        said = ("tcp_ends", "table_places", "selections", "planes", "calls")
+        said = ("tcp_ends", "table_places", "selections", "planes", "calls", "taps")
         numbers = ("tcp_changes", "named_changes", "length_ends", "feeds")
         after = (count(number + 1) for number in self.machine_moves)  # the one that is inserted before is none of them
         return {

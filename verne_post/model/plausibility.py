@@ -50,6 +50,7 @@ PLAUSIBLE: Final = {
     "spindle speed": Plausible(0.0, 3e5, "1/min", "krpm", 1e3, "spindle of a machine tool"),
     "dwell": Plausible(0.0, 60.0, "s", "ms", 1e-3, "cut"),
     "feed per turn": Plausible(0.0, 20.0, "mm a turn", "um a turn", 1e-3, "cut"),
+    "pitch of a tap": Plausible(0.15, 8.0, "mm", "um", 1e-3, "tap"),
     # the set-up of a part
     # from the gauge line: no holder is shorter
     "tool length": Plausible(5.0, 2e3, "mm", "m", 1e3, "tool"),

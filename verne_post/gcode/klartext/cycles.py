@@ -283,7 +283,8 @@ class KlartextCycles:
     def _tap(self, q: _Q) -> None:
         """206: with a floating tap holder; the spindle turns back at the bottom."""
         self._need_spindle(206)
-        note_tapping(self.core, self.frames.block)
+        feed = q[Q.PLUNGE_FEED] * self.frames.unit
+        note_tapping(self.core, self.frames.block, feed / self.state.spindle_speed)
         clear, surface = self._start_height(q)
         backwards = self.state.spindle_reversed
         self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])

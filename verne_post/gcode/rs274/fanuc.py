@@ -20,7 +20,7 @@ from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.machining.machining import note_word
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainView
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.corners import FanucCorners
 from verne_post.gcode.rs274.fanuc_codes import (
@@ -38,6 +38,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     OVERRIDE,
     PATTERNS,
     PLANE,
+    PLANE_OFF,
     POCKETS,
     TABLE,
     TWINS,
@@ -479,6 +480,8 @@ class FanucInterpreter(Rs274):
             self.core.set_plane((g["plane"] - 170) // 10)
             note_word(self.core, "plane", block.line)
         if "tilted plane" in g:
+            if g["tilted plane"] != PLANE_OFF:
+                self._select_beside_plane(block, g)
             self.planes.set_plane(block, g["tilted plane"])
         if "dynamic work offset" in g:
             self.planes.follow_table(block, g["dynamic work offset"] == TABLE)
@@ -523,6 +526,28 @@ class FanucInterpreter(Rs274):
         """G51.1; G50.1, which names axes whether they are mirrored or not."""
         if code == MIRROR or self.modes.maps.mirrors != NO_MAPS.mirrors:
             self.maps.set_mirror(block, code)
+
+    def _select_beside_plane(self, block: Block, g: dict[str, int]) -> None:
+        """Take the work offset in the block of a plane, which is certain where it changes nothing; else VP017.
+
+        A plane that is in force is an error of :meth:`FanucPlanes.set_plane`.
+        """
+        code = g.pop("work offset", None)
+        if code is None or self.state.frame.feature is not None or self.modes.follows_table:
+            return
+        name, before = spell_g_code(code), self.state.frame.system
+        if code != ADDITIONAL:
+            self._select_system(block, code)
+            if self.state.frame.system == before:
+                return
+        text = (
+            f"{name} in the block of {spell_g_code(g['tilted plane'])}: which of the two a control executes first is "
+            f"not known; write {name} in a line of its own before"
+        )
+        # P may be that of either
+        error = ProgramError("VP017", text, edits=() if code == ADDITIONAL else write_before(name))
+        error.leaves_unknown = True  # where the plane lies
+        raise error
 
     def _find_system_number(self, block: Block, code: int) -> int:
         if code in NUMBERED_SYSTEMS:

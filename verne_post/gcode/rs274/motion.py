@@ -374,7 +374,7 @@ class MotionCodes:
         if self.modes.vectors:
             raise block.error(
                 "VP006",
-                f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for {self.setup.both_rotary} words",
+                f"{self.setup.both_rotary} under G43.5, where I J K give the tool axis; use G43.4 for these words",
                 letter,
             )
         if len(rotary) < 2 if not self.setup.machine else not set(self.setup.rotary) <= set(rotary):

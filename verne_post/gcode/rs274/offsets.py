@@ -72,9 +72,11 @@ class OffsetCodes:
         """The offset of H; without H, or H0, the spindle tool's, except with :attr:`Traits.zero_is_no_offset`."""
         if self.traits.zero_is_no_offset:
             if "H" not in block.words and self.state.modes.length_number is None:
-                raise ProgramError(
+                error = ProgramError(
                     "VP005", "a tool length offset needs H, its number: none was given since the tool change"
                 )
+                error.leaves_unknown = True  # which length holds, and where G28 or G53 has cancelled it
+                raise error
             block.words.setdefault("H", self.state.modes.length_number or 0.0)
             self.state.modes.length_number = block.words["H"]
             if not block.words["H"]:

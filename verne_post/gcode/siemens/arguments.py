@@ -8,6 +8,7 @@ from typing import Final
 from msgspec import Struct, field
 
 from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.machining.holes import METRIC_PITCH
 from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.siemens.values import Value
@@ -140,22 +141,14 @@ def read_pitch(given: Arguments, unit: float) -> float:
     """
     pitch, size = given.number("PIT"), given.number("MPIT")
     if not pitch and size:
-        if abs(size) not in _METRIC_PITCH:
+        if abs(size) not in METRIC_PITCH:
             raise given.error(
                 "VP007", f"MPIT {size:g}: no coarse thread of this size is known; give PIT, its pitch", "MPIT"
             )
-        return math.copysign(_METRIC_PITCH[abs(size)], size)
+        return math.copysign(METRIC_PITCH[abs(size)], size)
     kind = given.read_whole("_PITA") if "_PITA" in given.names else 0
     if kind not in _PITCH_UNITS:
         raise given.error("VP002", f"_PITA {kind} is not executed: 1 mm, 2 turns an inch, 3 inch", "_PITA")
     if kind == _TURNS_AN_INCH and pitch:
         return MM_PER_INCH / pitch
     return pitch * (_PITCH_UNITS[kind] or unit)
-
-
-#: Pitch of ISO coarse threads, mm: size M -> pitch.
-_METRIC_PITCH: Final = {
-    3.0: 0.5, 4.0: 0.7, 5.0: 0.8, 6.0: 1.0, 7.0: 1.0, 8.0: 1.25, 10.0: 1.5, 12.0: 1.75, 14.0: 2.0, 16.0: 2.0, 18.0: 2.5,
-    20.0: 2.5, 22.0: 2.5, 24.0: 3.0,
-    27.0: 3.0, 30.0: 3.5, 33.0: 3.5, 36.0: 4.0, 39.0: 4.0, 42.0: 4.5, 45.0: 4.5, 48.0: 5.0,
-}  # fmt: skip

@@ -301,10 +301,10 @@ class _Hole:
         backwards = to.state.spindle_reversed
         if out not in (0, 3, 4) or after not in (3, 4, 5) or (out and _DIRECTIONS[out] == backwards):
             raise given.error("VP007", "SDR is 0 or the other direction of the spindle, SDAC 3, 4 or 5", "SDR")
-        note_tapping(to.core, self.block)
         with to.core.keep_feed():
             if pitch and encoder == 0 and to.state.feed_mode == FeedMode.PER_MINUTE:
                 to.core.set_feed(pitch * to.state.spindle_speed)
+            note_tapping(to.core, self.block)
             self._go(self.clear, rapid=True)
             self._go(self.bottom, rapid=False)
             to.core.auxiliary.switch_spindle(self.block, on=True, backwards=not backwards)

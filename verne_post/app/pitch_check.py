@@ -1,0 +1,60 @@
+"""Pitches of taps that no thread has, or not that of the program's remark (VP505)."""
+
+import re
+from collections.abc import Iterator
+from typing import Final
+
+from verne_post.base.long_text import Text, decode_lines
+from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.machining.holes import METRIC_PITCH
+from verne_post.gcode.remarks import find_tool_remarks
+from verne_post.model.findings import Finding, make_finding
+from verne_post.model.moves import Moves, Tap
+from verne_post.model.options import Options
+from verne_post.model.part_setup import describe_tool_number, list_setup_names
+from verne_post.model.plausibility import PLAUSIBLE
+
+#: M8, M8X1, M10x1,25 in a remark about a tool; M08 is a code.
+_THREAD: Final = re.compile(
+    r"(?<![A-Z0-9.])M([1-9]\d?)(?![A-WYZ\d]|[.,]\d)(?:\s*[X*]\s*(\d(?:[.,]\d{1,3})?)(?![\d.,]))?", re.IGNORECASE
+)
+#: Fine threads of a size have a smaller pitch than the coarse one: bounds of it, as shares.
+_OF_COARSE: Final = (0.25, 2.0)
+#: A floating holder is fed a little less than the pitch that the remark gives.
+_OF_GIVEN: Final = (0.85, 1.15)
+
+
+def check_pitches(source: Text, moves: Moves, options: Options, from_move: int = 0) -> Iterator[Finding]:
+    """VP505: threads whose pitch is not that of the tool's remark, or that no tap of its diameter, or none, has."""
+    taps = [tap for tap in moves.taps if tap.before >= from_move and tap.pitch]
+    if not taps:
+        return
+    names = {**list_setup_names(options.control), **moves.name_tools()}
+    dialect = choose_dialect_name(options.dialect, source, options.source_name)
+    remarks = find_tool_remarks(decode_lines(source), dialect)
+    for tap in taps:
+        name = names.get(tap.tool or 0, "")
+        if reason := _find_reason(tap, remarks.get(str(tap.tool)) or remarks.get(name) or name, options, names):
+            text = f"{tap.pitch:g} mm a turn is no pitch of this tap: {reason}; correct the pitch, or F and S"
+            where = {"line": tap.line, "last_line": tap.line, "worst_line": tap.line}
+            yield make_finding("VP505", text, **where)
+
+
+def _find_reason(tap: Tap, remark: str, options: Options, names: dict[int, str]) -> str:
+    """Why a tap cannot have this pitch; empty where it can."""
+    threads = set(_THREAD.findall(remark))
+    if len(threads) == 1:
+        ((size, given),) = threads
+        coarse, pitch = METRIC_PITCH.get(float(size), 0.0), float(given.replace(",", ".") or 0.0)
+        is_given = 0.0 < pitch <= coarse  # M8X20 has a length
+        low, high = (pitch * by for by in _OF_GIVEN) if is_given else (coarse * by for by in _OF_COARSE)
+        if coarse and not low <= tap.pitch <= high:
+            thread = f"M{size}X{pitch:g}" if is_given else f"M{size}, whose coarse pitch is {coarse:g} mm"
+            return f"the program says of its tool that it is {thread}"
+    plausible = PLAUSIBLE["pitch of a tap"]
+    tool = (options.tools or {}).get(tap.tool or 0)
+    if tool is not None and 0.0 < tool.diameter < tap.pitch:
+        return f"{describe_tool_number(tool.number, names)} has a diameter of {tool.diameter:g} mm"
+    if tap.pitch > plausible.high:
+        return f"none has more than {plausible.high:g} mm"
+    return f"none has less than {plausible.low:g} mm" if tap.pitch < plausible.low else ""
