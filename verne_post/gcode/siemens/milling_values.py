@@ -61,9 +61,12 @@ _TENS: Final = {
 }  # fmt: skip
 #: Digits of _AMODE from the last one on, and what they say of values that are executed.
 _MODES: Final = (
-    ("last", " (DP: 0 and 2 a height, 1 a depth)"), ("tens", " (MIDA: 0 a length, 1 a share of the diameter)"),
-    ("hundreds", ""), ("thousands", ""), ("ten thousands", ""),
-)  # fmt: skip
+    ("last", " (DP: 0 and 2 a height, 1 a depth)"),
+    ("tens", " (MIDA: 0 a length, 1 a share of the diameter)"),
+    ("hundreds", ""),
+    ("thousands", ""),
+    ("ten thousands", ""),
+)
 _WORK: Final = "the last digit is 1 roughing, 2 finishing, 4 finishing of the edge"
 #: Share of the tool's diameter between two paths where MIDA does not say.
 _SHARE_OF_DIAMETER: Final = 0.8
