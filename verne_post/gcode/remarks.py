@@ -48,8 +48,8 @@ def find_title(lines: Iterable[str], dialect: str) -> str:
         if not re.search(r"\w", text) or _ARCHIVE.match(line):
             continue
         if match is None:
-            named = _PGM.match(line)
-            return make_printable(re.sub(r"\s(?:MM|INCH)$", "", named[1].strip()).strip() if named else text.strip())
+            header = _PGM.match(line)
+            return make_printable(re.sub(r"\s(?:MM|INCH)$", "", header[1].strip()).strip() if header else text.strip())
         first = first or text.strip()
     return make_printable(first)
 
