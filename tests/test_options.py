@@ -804,6 +804,7 @@ def test_arrays_and_lists_of_numbers_of_numpy_are_numbers() -> None:
         ("smoothing", "\ud800", "expected one of spline"),
         ("dialect", np.array(["fanuc", "rs274"]), "expected one of auto"),
         ("dialect", "sinumerik", "; did you mean siemens?"),
+        ("dialect", "haas", "; did you mean fanuc?"),
         ("dialect", "LinuxCNC", "; did you mean rs274?"),
     ],
 )

@@ -1079,7 +1079,11 @@ def test_no_output_replaces_an_input_or_another_output(
 
 @pytest.mark.parametrize(
     ("raw", "said"),
-    [(b"t_s,rho1_mm\n0,1\n", "is a setpoint file, not a program"), (b"\x89PNG\0\0", "is not a text file")],
+    [
+        (b"t_s,rho1_mm\n0,1\n", "is a setpoint file, not a program"),
+        (b"\x89PNG\0\0", "it is a PNG picture; give the program itself"),
+        (b"\x1f\x8b\x08G1", "it is a gzip archive; give the unpacked program"),
+    ],
 )
 def test_files_that_are_no_programs(tmp_path: Path, run: Callable[..., Any], raw: bytes, said: str) -> None:
     path = tmp_path / "p.nc"

@@ -258,7 +258,6 @@ LANGUAGES = {
     "XML": "<?xml version='1.0'?>\n<a/>",
     "JSON": '{"G": 1}',
     "PDF": "%PDF-1.4\n...",
-    "ZIP": "PK\x03\x04abc",
     "binary": "G0\n\x01\x02\x03\x04\x05\n",
 }
 
@@ -331,6 +330,17 @@ def test_a_language_that_gets_a_dialect_is_named_with_it():
     assert find_other_language(text, (), "rs274", ["rs274", "heidenhain"]).message.endswith("--dialect heidenhain")
     assert "which is not read" in find_other_language(text, (), "rs274", ["rs274"]).message
     assert find_other_language(text, (), "heidenhain", ["rs274", "heidenhain"]) is None
+
+
+@pytest.mark.parametrize("dialect", ["heidenhain", "siemens", "aptcl"])
+@pytest.mark.parametrize(("head", "meant"), [("%\nO4711 (CAP)\n", "fanuc"), ("G90 G17\n", "rs274")])
+def test_blocks_in_another_language_are_one_error(view, dialect, head, meant):
+    text = f"{head}(T3 D16 ENDMILL)\nN10 G21 G17 G49\nN40 T3 M6\nN80 G43 H3 Z60. M8\nN100 G1 Z-3. F400.\nM30\n"
+    (item,) = view(text, dialect=dialect)[1]
+    assert item.code == "VP032"
+    assert item.message.endswith(f"--dialect {meant}")
+    assert "VP032" not in [one.code for one in view(f"{text}BAD\n", dialect=meant)[1]]
+    assert "VP032" not in [one.code for one in view("O100 sub\nBAD\nO100 endsub\nM2\n", dialect="rs274")[1]]
 
 
 @pytest.mark.parametrize("call", ['T="MILL10"\nM6\nD1', 'T="MILL10" M6'])

@@ -293,6 +293,12 @@ def test_operations_of_a_part_are_the_same_in_three_languages() -> None:
     assert seconds[0] == seconds[1] == seconds[2]
 
 
+def test_an_operation_without_a_remark_has_that_of_its_tool() -> None:
+    seen = study_of("(T3 D16 ENDMILL)\nG21 G90 F900\nT3 M6\nG0 X0 Y0 Z50 A0 C0\nG1 X5\nM2\n")
+    assert [one.name for one in seen.operations] == [""]
+    assert ">D16 ENDMILL</button>" in write_times_html(seen)
+
+
 def test_of_many_operations_the_longest_are_shown_and_the_rest_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("verne_post.report.times.OPERATIONS", 2)
     seen = study_of(

@@ -308,7 +308,7 @@ def test_the_sheet_says_who_gives_an_offset_and_how_the_part_is_turned(tmp_path:
         ("rs274", "%\n(BRACKET)\nO7\nG21\n", "O7"),
         ("rs274", "G21\n(FACE)\n", ""),
         ("siemens", "%_N_LID_MPF\n;$PATH=/_N_WKS_DIR\nG71\n", "%_N_LID_MPF"),
-        ("heidenhain", "0  BEGIN PGM LID MM\n", "0  BEGIN PGM LID MM"),
+        ("heidenhain", "0  BEGIN PGM LID MM\n", "LID"),
         ("aptcl", "$$ A\nPARTNO LID\n", "PARTNO LID"),
     ],
 )

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
+from verne_post.base.file_kinds import describe_binary
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import LONGEST_LINE, count_code
 from verne_post.base.text_marks import UTF16, is_utf16
@@ -33,8 +34,8 @@ def check_source_begin(begin: bytes, name: str) -> None:
     begin = begin[:_LOOKED_AT]
     if is_utf16(begin):
         raise make_input_error("VP022", f"{name} is {UTF16}")
-    if (at := begin.find(b"\0")) >= 0:
-        raise make_input_error("VP022", f"{name} is not a text file: byte {at + 1} is zero")
+    if binary := describe_binary(begin):
+        raise make_input_error("VP022", f"{name} is not a text file: {binary}")
     text = begin.decode("utf-8", errors="replace")
     if "\n" not in text and (other := next((end for end in _LINE_ENDS_OF_OTHERS if end in text.strip()), None)):
         raise make_input_error(

@@ -34,6 +34,24 @@ _TABLES: Final = {
     ),
 }
 
+#: How files begin that are no text, and what they are; of archives, what is in them may be meant.
+_BINARIES: Final = {
+    b"\x1f\x8b": "a gzip archive",
+    b"PK\x03\x04": "a ZIP archive",
+    b"7z\xbc\xaf": "a 7z archive",
+    b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture",
+}
+
+
+def describe_binary(raw: bytes) -> str:
+    """What a file is that is no text, and what to give in its place; empty where nothing shows that it is none."""
+    kind = next((kind for begin, kind in _BINARIES.items() if raw.startswith(begin)), "")
+    if kind:
+        return f"it is {kind}; give {'the unpacked program' if 'archive' in kind else 'the program itself'}"
+    at = raw.find(b"\0")
+    return f"byte {at + 1} is zero; give the program as text" if at >= 0 else ""
+
 
 def describe_kind(raw: bytes, asked: str, name: str = "this") -> str:
     """A sentence about a file that is not of the kind ``asked``; empty where it is, or where nothing shows its kind."""

@@ -27,12 +27,13 @@ _FEW: Final = 0.1
 class _Language(Struct, frozen=True):
     """One language: its name, what only its texts have (case ignored), and the dialect that reads it, if any.
 
-    A sign is a line with an error, or the beginning of the text.
+    A sign is a line with an error, or the beginning of the text. It is right in texts of the dialect ``also`` as well.
     """
 
     name: str
     sign: bytes
     dialect: str = ""
+    also: str = ""
 
 
 _LANGUAGES: Final = (
@@ -54,6 +55,9 @@ _LANGUAGES: Final = (
               rb"\b[^=\n]*)\r?$", "aptcl"),
     _Language("a custom macro of a Fanuc control",
               rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+[\d#\[]|G6[56]\b).*$", "fanuc"),
+    _Language("a program of a Fanuc control",
+              rb"\A(?:\s*+%[ \t]*+\r?\n)?\s*+O\d++[ \t]*+(?:\(.*)?\r?$", "fanuc", "rs274"),
+    _Language("G-code with G43 H", rb"^[ \t]*+(?:N\d++[ \t]*+)?[^\n;(]*\bG43[ \t]*+H\d.*$", "rs274", "fanuc"),
     _Language("Okuma OSP",
               rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT"
               rb"|MODIN|MODOUT)\b.*$"),
@@ -74,7 +78,6 @@ _LANGUAGES: Final = (
     _Language("XML", rb"\A[ \t\r\n]*<(?:\?xml|!DOCTYPE|html|svg)\b.*$"),
     _Language("JSON", rb"\A[ \t\r\n]*[{\[][ \t\r\n]*[\"\[{].*$"),
     _Language("PDF", rb"\A%PDF-.*$"),
-    _Language("a ZIP archive", rb"\APK\x03\x04.*$"),
     _Language("binary data", rb"^(?:[^\n\x00-\x08\x0e-\x1f]*[\x00-\x08\x0e-\x1f]){4}[^\n]*$"),
 )  # fmt: skip
 
@@ -111,7 +114,7 @@ def find_other_language(
     if own is not None and re.match(own.sign, head, re.MULTILINE | re.IGNORECASE):
         return None  # it begins as texts of its dialect do
     for language in _LANGUAGES:
-        if language.dialect == dialect or (is_recognised and not language.sign.startswith(rb"\A")):
+        if dialect in (language.dialect, language.also) or (is_recognised and not language.sign.startswith(rb"\A")):
             continue
         for match in re.finditer(language.sign, head, re.MULTILINE | re.IGNORECASE):
             line = head.count(b"\n", 0, match.start()) + 1
@@ -119,7 +122,7 @@ def find_other_language(
                 break
         else:
             continue
-        shown_words = match.group().decode("utf-8", errors="replace").strip()
+        shown_words = b" ".join(match.group().split()).decode("utf-8", errors="replace")
         text = f"this looks like {language.name} ({_quote(shown_words)})"
         if language.dialect in known_words:
             right = f"; read it with --dialect {language.dialect}"

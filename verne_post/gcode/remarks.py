@@ -32,9 +32,12 @@ _ARCHIVE: Final = re.compile(r"\s*;\s*\$PATH\s*=", re.IGNORECASE)
 #: What may stand before the remarks at the top of a program: its name.
 _NAME: Final = re.compile(r"\s*(?:%.*|[O:]\s*\d+.*|(?:\d+\s+)?BEGIN\s+PGM\b.*|PARTNO\b.*)?$", re.IGNORECASE)
 
+#: The name and the unit of a Klartext program.
+_PGM: Final = re.compile(r"\s*+(?:\d++\s++)?BEGIN\s++PGM\s++(\S.*)", re.IGNORECASE)
+
 
 def find_title(lines: Iterable[str], dialect: str) -> str:
-    """The line at the top of a program that names it, as ``O1042 (BRACKET)``, or else the first remark there."""
+    """What names a program at its top, as ``O1042 (BRACKET)`` or the name of BEGIN PGM, or else the first remark."""
     pattern = re.compile(_REMARKS[dialect], re.IGNORECASE)
     first = ""
     for line in lines:
@@ -45,7 +48,8 @@ def find_title(lines: Iterable[str], dialect: str) -> str:
         if not re.search(r"\w", text) or _ARCHIVE.match(line):
             continue
         if match is None:
-            return make_printable(text.strip())
+            header = _PGM.match(line)
+            return make_printable(re.sub(r"\s(?:MM|INCH)$", "", header[1].strip()).strip() if header else text.strip())
         first = first or text.strip()
     return make_printable(first)
 

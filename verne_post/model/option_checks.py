@@ -65,6 +65,7 @@ class Checked(Struct, frozen=True):
 
 #: Names of controls -> the dialect that they speak.
 _DIALECTS_OF: Final = {
+    "fanuc": ("haas",),
     "siemens": ("sinumerik", "840d", "828d"),
     "heidenhain": ("klartext", "tnc", "itnc"),
     "rs274": ("linuxcnc", "emc", "emc2", "ngc", "rs274ngc"),

@@ -395,7 +395,7 @@ def _number_operations(side: Side) -> dict[str, Operation]:
     names = {} if program is None else program.moves.name_tools()
     for one in side.study.operations:
         tool = spell_tool_word(one.tool, names) if one.tool else "no tool named"
-        head = f"{tool}: {one.name or 'without a remark'}"
+        head = f"{tool}: {one.name or one.tool_remark or 'without a remark'}"
         seen[head] += 1
         found[head if seen[head] == 1 else f"{head} ({seen[head]})"] = one
     return found

@@ -6,7 +6,7 @@ from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text, decode_lines
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.remarks import list_heads, list_tool_changes
+from verne_post.gcode.remarks import find_tool_remarks, list_heads, list_tool_changes
 from verne_post.model.moves import MoveKind, find_tool_of_moves
 from verne_post.report.governing import Spent
 from verne_post.report.table import LineTimes, Operation
@@ -62,6 +62,8 @@ class _Heads:
         of_main = np.unique([*moves.line[moving & ~is_called].tolist(), *(chain[0][0] for chain in used if chain)])
         all_lines = np.unique([*moves.line[moving].tolist(), *(line for chain in used for line, _begin in chain)])
         of_tools = {one.remark_line for one in list_tool_changes(decode_lines(source), dialect)}
+        said = find_tool_remarks(decode_lines(source), dialect)
+        self.of_tools = {tool.upper(): text for tool, text in said.items()}
         moving_lines = set((all_lines - 1).astype(int).tolist())
         heads = list_heads(decode_lines(source), dialect, moving_lines, changes, of_tools)
         self.names = ("", *(name for _line, name in heads))
@@ -146,8 +148,15 @@ class OperationTimes:
 
     def finish(self) -> tuple[tuple[Operation, ...], LineTimes]:
         """All operations, in the order in which they begin, and all lines."""
+        named, said = self._program.moves.name_tools(), self._heads.of_tools
         operations = tuple(
-            Operation(key[0], self._heads.names[key[1]], *self._lines[key], *map(float, sums))
+            Operation(
+                key[0],
+                self._heads.names[key[1]],
+                said.get(named.get(key[0], str(key[0])).upper(), ""),
+                *self._lines[key],
+                *map(float, sums),
+            )
             for key, sums in self._spent.items()
         )
         return operations, self._by_line

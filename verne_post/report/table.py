@@ -76,6 +76,7 @@ class Operation(Struct, frozen=True):
 
     tool: int  #: Its number, 0 where the program names none.
     name: str  #: The remark that heads the operation; empty before the first one.
+    tool_remark: str  #: What the program says about the tool.
     #: first_line, last_line: Of the lines that move there, or call what moves, the first and the last one of the text.
     first_line: int
     last_line: int

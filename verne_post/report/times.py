@@ -82,7 +82,7 @@ def write_times_html(study: Study) -> str:
         body.append(f"<tr class=tool><th scope=row>{escape_text(head)}</th><td></td>{_write_spent(of_tool)}</tr>")
         body += [
             '<tr><th scope=row><button type="button" '
-            f'data-frame="{one.frame}">{escape_text(one.name or "without a remark")}</button></th>'
+            f'data-frame="{one.frame}">{escape_text(one.name or one.tool_remark or "without a remark")}</button></th>'
             f"<td>{_name_lines(one)}</td>{_write_spent([one])}</tr>"
             for one in of_tool
             if one in shown

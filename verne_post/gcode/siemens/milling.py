@@ -173,12 +173,6 @@ class _Work:
         """CYCLE70 and CYCLE90."""
         if "_GMODE" in self.given.names:
             self.values.refuse_digits("_GMODE", self.given.read_whole("_GMODE"), (0, 100), "all is machined")
-        if self.values.digits[1] or self.values.digits[2]:
-            raise self.given.error(
-                "VP002",
-                f"_AMODE {self.given.read_whole('_AMODE')} is not executed: its last digit says what DP is",
-                "_AMODE",
-            )
         return place_strokes(list_thread_strokes(self.values), Placement(self._find_center()))
 
     def _read_polygon(self) -> tuple[Polygon, float]:
@@ -283,12 +277,6 @@ class _Work:
         if "LIM" in given.names and given.read_whole("LIM"):
             raise given.error(
                 "VP002", f"LIM {given.read_whole('LIM')} is not executed: the strokes go beyond all edges", "LIM"
-            )
-        if self.values.digits[2]:
-            raise given.error(
-                "VP002",
-                f"_AMODE {given.read_whole('_AMODE')} is not executed: LENG and WID count from PA and PO",
-                "_AMODE",
             )
         work = self.values.refuse_digits("VARI", kind % 10, (1, 2), "the last digit is 1 roughing, 2 finishing")
         way = self.values.refuse_digits(

@@ -59,6 +59,14 @@ _TENS: Final = {
     "SLOT2": (0, 1), "LONGHOLE": (0, 1),
     "CYCLE76": (0, 1), "CYCLE77": (0, 1), "CYCLE79": (0,),
 }  # fmt: skip
+#: Digits of _AMODE from the last one on, and what they say of values that are executed.
+_MODES: Final = (
+    ("last", " (DP: 0 and 2 a height, 1 a depth)"),
+    ("tens", " (MIDA: 0 a length, 1 a share of the diameter)"),
+    ("hundreds", ""),
+    ("thousands", ""),
+    ("ten thousands", ""),
+)
 _WORK: Final = "the last digit is 1 roughing, 2 finishing, 4 finishing of the edge"
 #: Share of the tool's diameter between two paths where MIDA does not say.
 _SHARE_OF_DIAMETER: Final = 0.8
@@ -129,12 +137,7 @@ class MillingValues:
         takes_dpr = "DPR" in given.names and given.is_given("DPR") and (given.number("DPR") != 0 or not has_height)
         relative = "DPR" if takes_dpr else "DP"
         is_relative = relative == "DPR" or self.digits[0] == 1
-        if not 0 <= modes < 100_000 or self.digits[0] > 2 or self.digits[1] > 1 or any(self.digits[3:]):
-            raise given.error(
-                "VP002",
-                f"_AMODE {modes} is not executed; its last digit says what DP is, the one before it what MIDA is",
-                "_AMODE",
-            )
+        self._check_modes(modes)
         depth = self.measure(relative)
         self.bottom = self.top - abs(depth) if is_relative else depth
         if takes_dpr:
@@ -156,6 +159,25 @@ class MillingValues:
                 f"{self.retract:g} above it",
                 "DP",
             )
+
+    def _check_modes(self, modes: int) -> None:
+        """Refuse _AMODE for the first of its digits that is not executed."""
+        if not 0 <= modes < 100_000:
+            raise self.given.error("VP002", f"_AMODE {modes} is not executed: it has at most five digits", "_AMODE")
+        is_face, is_thread = self.name == "CYCLE61", self.name in ("CYCLE70", "CYCLE90")
+        counts = (3, 1 if is_thread else 2, 1 if is_face or is_thread else 10, 1 + is_face, 1 + is_face)
+        for digit, count, (place, what) in zip(self.digits, counts, _MODES, strict=True):
+            if digit >= count:
+                right = f"{what}; it is 0{f' to {count - 1}' if count > 1 else ''}"
+                text = f"_AMODE {modes} is not executed for {digit}, its {place} digit{right}"
+                raise self.given.error("VP002", text, "_AMODE")
+        if any(self.digits[3:]) and (self.measure("PA") or self.measure("PO")):
+            text = (
+                f"_AMODE {modes} is not executed where PA or PO is not 0: its thousands and ten thousands say "
+                f"whether LENG and WID count from PA and PO, or from zero; write {modes % 1000}, "
+                "and LENG and WID from PA and PO"
+            )
+            raise self.given.error("VP002", text, "_AMODE")
 
     def _read_feeds(self) -> dict[str, float]:
         given, plane = self.given, 0.0
