@@ -923,7 +923,7 @@ def test_setup_prints_the_command_that_converts_a_program_with_two_tools(
         said = run("setup", "two parts.nc", "--machine", "verne", *given).err
         Path(place).write_text(Path(place).read_text("utf-8").replace('G54 = "measure"', "G54 = [0, 0, 60]"), "utf-8")
         Path(place).write_text(Path(place).read_text("utf-8").replace('"measure"', "80"), "utf-8")
-        command, files = re.findall(r"^convert it with: (verne-post .*) \((.*)\)$", said, re.MULTILINE)[0]
+        command, files = re.findall(r"^then convert it with: (verne-post .*) \((.*)\)$", said, re.MULTILINE)[0]
         assert shlex.split(command)[1:] == ["two parts.nc", "-o", "axes.csv", "--machine", "verne", *named]
         assert files == "one file for each part, axes.1.csv, ..."
         assert run(*shlex.split(command)[1:]).code == 0

@@ -109,12 +109,11 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
         if not is_dash(output) and not others:  # after a correction, setup itself comes next
             kept = {key: value for key, value in given.items() if key not in _WRITTEN}  # the others are in the file
             written = kept | {"setup_file": None if output == Path(f"{input_name}.toml") else str(output)}
-            run = find_given_run(written)
+            run, then = find_given_run(written), "then " * bool(missing)
             if tomllib.loads(text).get("split_at_stops"):
                 spelled = run.spell("convert", input_name, "", "-o axes.csv")
-                say(f"convert it with: {spelled} (one file for each part, axes.1.csv, ...)\n")
+                say(f"{then}convert it with: {spelled} (one file for each part, axes.1.csv, ...)\n")
             else:
-                then = "then " * bool(missing)
                 say(f"{then}check it with: {run.spell('check', input_name)}\n")
     return ExitStatus.CLEAN
 
