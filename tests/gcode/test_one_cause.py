@@ -1156,12 +1156,12 @@ def test_a_place_beyond_a_turn_is_told(machine, word, right, line):
 @pytest.mark.parametrize(("dialect", "lines", "wanted"), [
     ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG54\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
      ("VP017", 9, 1, "a change of work offset under G68; write G69 first")),
-    *(
-        ("fanuc", f"G0 Z60.\n{code} G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.",
-         ("VP017", 8, 1, f"{code.split()[0]} in the block of G68.2: which of the two a control executes first is not "
-                         f"known; write {code.split()[0]} in a line of its own before"))
-        for code in ("G55", "G54.1 P2")
-    ),
+    ("fanuc", "G0 Z60.\nG55 G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.",
+     ("VP017", 8, 1, "G55 in the block of G68.2: which of the two a control executes first is not known; write G55 "
+                     "in a line before it")),
+    ("fanuc", "G0 Z60.\nG54.1 P2 G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.",
+     ("VP017", 8, 1, "G54.1 in the block of G68.2: which of the two a control executes first is not known; write G54.1 "
+                     "in a line before it")),
     # G28 has cancelled the length that the second G43 was to give
     ("fanuc", "G43 H1 Z50.\nG28 G91 Z0.\nG90\nT1 M6\nG43 Z50. M8\nG1 Z45. F90.",
      ("VP005", 11, 1, "a tool length offset needs H, its number: none was given since the tool change")),

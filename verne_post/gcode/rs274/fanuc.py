@@ -537,12 +537,12 @@ class FanucInterpreter(Rs274):
             return
         name, before = spell_g_code(code), self.state.frame.system
         if code != ADDITIONAL:
-            self._select_system(block, code)
+            self.select_system(block, code)
             if self.state.frame.system == before:
                 return
         text = (
             f"{name} in the block of {spell_g_code(g['tilted plane'])}: which of the two a control executes first is "
-            f"not known; write {name} in a line of its own before"
+            f"not known; write {name} in a line before it"
         )
         # P may be that of either
         error = ProgramError("VP017", text, edits=() if code == ADDITIONAL else write_before(name))

@@ -447,7 +447,7 @@ class Rs274(Language):
             self.modes.vectors = g["tool length"] == 435
             self.offsets.set_tool_length(block, g["tool length"])
         if "work offset" in g:
-            self._select_system(block, g["work offset"])
+            self.select_system(block, g["work offset"])
         if "path control" in g:
             self._set_path_control(block, g["path control"])
         if "distance" in g:
@@ -477,7 +477,7 @@ class Rs274(Language):
         """The motion code that goes on after a cycle where G80 ends the cycle alone."""
         return self.modes.motion_before if self.modes.motion in CYCLES else self.modes.motion
 
-    def _select_system(self, block: Block, code: int) -> None:
+    def select_system(self, block: Block, code: int) -> None:
         system = self._find_system_number(block, code)
         self.core.recorder.note_system(system, block.line, block.find_code(spell_g_code(code)))
         self.core.frames.select_system(system)
