@@ -72,8 +72,9 @@ What `check`, `convert`, `verify` and `machined` return is true exactly if it is
 Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see what the commands print:
 `print(result.summary)`.
 
-All names below are typed for strict checkers, and `dir(verne_post)` lists them. `verne_post.gcode.read_moves` is the
-interpreter without a machine. `docs/make_api.py` makes this page from the docstrings.
+All names below are typed for strict checkers, and `dir(verne_post)` lists what you call. Classes that only stand in
+results have no name there. `verne_post.gcode.read_moves` is the interpreter without a machine. `docs/make_api.py`
+makes this page from the docstrings.
 """
 FUNCTIONS = (
     "load_machine",

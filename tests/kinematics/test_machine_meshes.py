@@ -12,6 +12,7 @@ from tests.kinematics.test_fixture_meshes import pack_stl, unite_boxes
 from tests.part.test_clearance import block
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
+from verne_post.app.convert import check_source
 from verne_post.base.segments import measure_between_triangles
 from verne_post.config.machine_paths import list_machine_files
 from verne_post.model.findings import InputError
@@ -102,7 +103,7 @@ def test_no_other_offset_is_sought_for_a_body_that_moves_along(
     body = Box("clamp", (-50.0, -50.0, floor), (50.0, 50.0, floor + 60.0), system=system)
     places = {"tool_length": 60.0, "wcs": {"G54": (0, 0, 60), "G55": (0, 0, 0)}}
     for given in ({"keep_out": (body,)}, {"stock": replace(body, name="the stock")}):
-        found = verne_post.check(program, machine, verne_post.Options(**places, **given)).findings
+        found = check_source(program.encode(), machine, verne_post.Options(**places, **given)).findings
         contacts = [one for one in found if one.code in ("VP215", "VP216")]
         assert contacts
         remedies = [text for one in contacts for text in one.remedies]

@@ -233,8 +233,8 @@ class RunFiles:
 
         from verne_post.base.long_text import take_line
 
-        for what, name in reversed(self._read.values()):
-            if what.startswith("subprogram ") and Path(name).name == Path(place.file).name:
+        for _what, name in reversed(self._read.values()):  # it may be checked as a program, too
+            if Path(name).name == Path(place.file).name:
                 with suppress(OSError):
                     raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
                     line = (take_line(raw, place.line) or b"").decode("utf-8", errors="replace")
