@@ -150,7 +150,8 @@ class Finding:
         What helps in this case, in place of what the code says; INPUT stands for the program. Empty where the message
         has it. The functions of Python give every finding its own: read ``remedy``.
     called : CalledPlace or None
-        The place in a file that ``line`` calls, where the mistake stands there.
+        The ``file``, ``line`` and ``column`` (None where it is not known) in a file that the program calls in its own
+        ``line``, where the mistake stands there.
     names_lines : bool
         The message names the lines of several stretches.
     """
