@@ -249,7 +249,10 @@ _GIVE_MEANING: Final = (
 
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"
-_GIVE_DIAMETER: Final = "Fill in the diameter in INPUT.toml, which verne-post setup INPUT writes, or give a tool table with D (--tool-table FILE)."
+_GIVE_DIAMETER: Final = (
+    "Fill in the diameter in INPUT.toml, which verne-post setup INPUT writes, or give a tool table with D "
+    "(--tool-table FILE)."
+)
 
 
 #: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
