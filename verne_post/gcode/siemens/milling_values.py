@@ -168,7 +168,7 @@ class MillingValues:
         counts = (3, 1 if is_thread else 2, 1 if is_face or is_thread else 10, 1 + is_face, 1 + is_face)
         for digit, count, (place, what) in zip(self.digits, counts, _MODES, strict=True):
             if digit >= count:
-                right = f"{what}; it is 0{f' to {count - 1}' if count > 1 else ''}"
+                right = f"{what}; it must be 0{f' to {count - 1}' if count > 1 else ''}"
                 text = f"_AMODE {modes} is not executed for {digit}, its {place} digit{right}"
                 raise self.given.error("VP002", text, "_AMODE")
         if any(self.digits[3:]) and (self.measure("PA") or self.measure("PO")):
