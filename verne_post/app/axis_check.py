@@ -167,12 +167,12 @@ def check_rotary_words(source: Text, moves: Moves, from_move: int = 0) -> Iterat
         turns_with = near & (np.abs(own - low) < _STEP_DEG)
         in_doubt = (turned | turns_with).all(axis=1) & _find_cuts(moves.kind[first:end]) & is_near
         in_doubt &= turned.sum(axis=1) == 1
-        for code, factor in (("VP056", -1.0), ("VP505", 0.1)):
+        # an angle that steps on from slot to slot has other ones beside it
+        is_even = (np.abs(high - low) < _EVEN_DEG) & (low * high > 0.0)
+        for code, factor, is_away in (("VP056", -1.0, turned), ("VP505", 0.1, turned & is_even)):
             meant = factor * own
-            # an angle that steps on from slot to slot has other ones beside it
-            is_even = (np.abs(high - low) < _EVEN_DEG) & (low * high > 0.0) if factor > 0.0 else turned
             is_between = (meant >= np.minimum(low, high) - _SLACK_DEG) & (meant <= np.maximum(low, high) + _SLACK_DEG)
-            for row, axis in np.argwhere(turned & is_even & is_between & in_doubt[:, None]).tolist():
+            for row, axis in np.argwhere(is_away & is_between & in_doubt[:, None]).tolist():
                 line, value = int(moves.line[first + _BESIDE + row]), float(own[row, axis])
                 letter, text = AXES[3 + axis], (take_line(source, line) or b"").decode("utf-8", errors="replace")
                 word = find_word_of(text, letter, value)
