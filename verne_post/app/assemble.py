@@ -13,16 +13,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
-from verne_post.app.arc_check import drop_helices
-from verne_post.app.axis_check import check_normals, check_rotary_words
-from verne_post.app.diameter_check import check_diameters
-from verne_post.app.pitch_check import check_pitches
-from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
+from verne_post.app.program_end import report_no_motion
 from verne_post.app.row_format import find_drives
-from verne_post.app.setup_check import check_machine_of_setup, check_setup
+from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import add_table, lay_out
-from verne_post.app.tolerance_check import check_tolerances
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.stopping import check_wanted
@@ -31,7 +26,6 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.machining.watcher import place_at_plane
 from verne_post.gcode.read import interpret_until_error, replay
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
@@ -67,7 +61,6 @@ from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.rapids import make_rapids_joint
 from verne_post.toolpath.splice import count_with_stops, find_recorded, insert_stops
-from verne_post.toolpath.table_turns import report_table_turns
 from verne_post.trajectory import tuning
 from verne_post.trajectory.shaper import UNSHAPED, build_shaper_weights
 
@@ -311,21 +304,8 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         raise InputError(report_no_motion(source, moves), *moves.findings)  # which may say why
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
-    turns = report_table_turns(path, moves, machine)
     from_move = 0 if restart is None else restart.move
-    checked = [
-        *check_machine_of_setup(machine, options),
-        *check_setup(moves, path, machine, options, from_move),
-        *check_normals(source, moves, machine.coordinates, from_move),
-        *check_diameters(source, moves, options),
-        *map(moves.called_lines.place, check_pitches(source, moves, options, from_move)),
-        *check_rotary_words(source, moves, from_move),
-        *check_tolerances(source, moves, path, from_move),
-        *turns,
-    ]
-    read = drop_helices(moves, from_move)
-    checked += find_unexecuted_moves(source, moves)
-    findings = tuple(place_at_plane(source, item) for item in (*checked, *read))
+    findings = check_setup(source, moves, path, machine, options, from_move)
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
 
 

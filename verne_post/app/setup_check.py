@@ -2,15 +2,19 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Final, Literal
+from collections.abc import Iterable, Iterator
+from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.arc_check import check_arcs
-from verne_post.app.axis_check import check_axes
+from verne_post.app.arc_check import check_arcs, drop_helices
+from verne_post.app.axis_check import check_axes, check_normals, check_rotary_words
+from verne_post.app.diameter_check import check_diameters
 from verne_post.app.height_check import check_heights
+from verne_post.app.length_check import check_lengths
+from verne_post.app.pitch_check import check_pitches
+from verne_post.app.program_end import find_unexecuted_moves
 from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
     check_direction,
@@ -22,8 +26,10 @@ from verne_post.app.spindle_check import (
     check_spindle,
     check_tool_change,
 )
+from verne_post.app.tolerance_check import check_tolerances
 from verne_post.base.arrays import Ints
 from verne_post.base.columns import iterate_blocks
+from verne_post.base.long_text import Text
 from verne_post.base.printable import make_printable
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
@@ -31,6 +37,7 @@ from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, Z
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.machining.watcher import (
     find_plane_tilt,
+    place_at_plane,
     report_kept_planes,
     report_left_planes,
     report_plane_at_end,
@@ -45,8 +52,6 @@ from verne_post.model.moves import (
     MoveKind,
     Moves,
     PathMode,
-    find_tool_of_moves,
-    list_tool_changes,
 )
 from verne_post.model.options import Options, spell_flag
 from verne_post.model.part_setup import Box, describe_tool_number, list_setup_names, name_system
@@ -54,20 +59,23 @@ from verne_post.model.plausibility import PLAUSIBLE, compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
+from verne_post.toolpath.table_turns import report_table_turns
 
 #: A feed rate below it, mm/min, that other cuts of the program exceed so many times, mostly is in m/min: read so, it is
 #: at most twice as fast as they are.
 _SLOW_FEED: Final = 5.0
 _TIMES_FASTER: Final = 500.0
+#: What VP037 finds missing, but for a length that the control has cancelled.
+_NO_TCP: Final = "no code turns on tool-centre-point control"
 
 
-def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options, from_move: int = 0) -> list[Finding]:
+def check_setup(
+    source: Text, moves: Moves, path: ToolPath, machine: Machine, options: Options, from_move: int = 0
+) -> tuple[Finding, ...]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
-    ``from_move`` is the first move of a restart: sizes of moves before it are not judged.
-
-    The codes are VP009, VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040 to VP042,
-    VP050, VP055, VP056 and VP505.
+    With them come the warnings of the interpreter. ``from_move`` is the first move of a restart: sizes of moves before
+    it are not judged.
 
     Raises
     ------
@@ -78,12 +86,25 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     """
     called = moves.called_lines
     try:
-        return [called.place(one) for one in _find_all(moves.count_own_lines(), path, machine, options, from_move)]
+        found = [called.place(one) for one in _find_all(moves.count_own_lines(), path, machine, options, from_move)]
     except InputError as error:
         raise InputError(*(called.place(one) for one in error.findings)) from None
+    found = [
+        *_check_machine_of_setup(machine, options),
+        *found,
+        *check_normals(source, moves, machine.coordinates, from_move),
+        *check_diameters(source, moves, options),
+        *map(called.place, check_pitches(source, moves, options, from_move)),
+        *check_rotary_words(source, moves, from_move),
+        *check_tolerances(source, moves, path, from_move),
+        *report_table_turns(path, moves, machine),
+        *find_unexecuted_moves(source, moves),
+        *drop_helices(moves, from_move),
+    ]
+    return tuple(place_at_plane(source, item) for item in found)
 
 
-def check_machine_of_setup(machine: Machine, options: Options) -> Iterator[Finding]:
+def _check_machine_of_setup(machine: Machine, options: Options) -> Iterator[Finding]:
     """Warn of a set-up that was written for another machine (VP505): places and lengths may count from other points."""
     if options.setup_machine not in ("", make_printable(machine.name)):
         yield make_finding(
@@ -125,24 +146,23 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
     ]
     changes = check_tool_change(moves, path)
     if options.tool_length is None:
-        found += _check_lengths(moves, path, options, changes, machine.table_radius)
-    called = _list_called_tools(moves)  # as a diameter of wear nobody takes that of a tool which cuts too
+        found += check_lengths(moves, path, options, changes, machine.table_radius)
+    called = moves.list_called_tools()  # as a diameter of wear nobody takes that of a tool which cuts too
     cutters = [item for item in moves.findings if item.quantity == "diameter" and item.tool in called]
     found += [dataclasses.replace(item, severity="error") for item in cutters]
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
-    texts = _find_implausible(options)
-    # twice in turn: the numbers of all cuts would need as much memory as a column
-    found += _check_feeds(moves, _iterate_cuts(path, from_move))
-    found += _check_slow_feed(moves, _iterate_cuts(path, from_move))
-    found += _find_idle_tolerances(moves, path, options)
     planes = [*_check_planes(moves, path, machine)]
-    found += [
+    found = [
+        *(make_finding("VP505", text) for text in _find_implausible(options)),
+        *found,
+        # twice in turn: the numbers of all cuts would need as much memory as a column
+        *_check_feeds(moves, _iterate_cuts(path, from_move)),
+        *_check_slow_feed(moves, _iterate_cuts(path, from_move)),
+        *_find_idle_tolerances(moves, path, options),
         *_check_directions(moves, path, machine),
         *(planes or report_left_planes(moves, machine.coordinates)),
         *check_spindle(moves, path),
-    ]
-    found += [
         *check_speed(moves, path),
         *check_highest_speed(moves, machine),
         *check_direction(moves, path),
@@ -157,8 +177,7 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
         *check_axes(moves, from_move),
         *check_heights(moves, from_move),
     ]
-    found += report_plane_at_end(moves, found)
-    return [*(make_finding("VP505", text) for text in texts), *found]
+    return [*found, *report_plane_at_end(moves, found)]
 
 
 def _check_feeds(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
@@ -322,227 +341,11 @@ def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Ite
         yield make_finding("VP040", text, line=line, last_line=line, worst_line=line)
 
 
-class _Stretch(Struct, frozen=True):
-    """Segments from ``begin`` to ``end`` (excluded) in which one tool has one length."""
-
-    begin: int
-    end: int
-    tool: int  #: Its number; 0 where none is named.
-    length: float  #: In force, mm.
-
-
-def _list_stretches(moves: Moves, path: ToolPath) -> list[_Stretch]:
-    """The stretches of a path, of which one ends at every change of the tool or of its length."""
-    ends: list[tuple[int, int, float]] = []  # begin, tool, length
-    for begin, end in iterate_blocks(len(path)):
-        tool, length = find_tool_of_moves(path.move[begin:end], 0, moves), path.tool_length[begin:end]
-        at = np.flatnonzero(np.append(True, (np.diff(tool) != 0) | (np.diff(length) != 0)))
-        for first in at.tolist():
-            pair = int(tool[first]), float(length[first])
-            if not ends or ends[-1][1:] != pair:
-                ends.append((begin + first, *pair))
-    closing = [*(one[0] for one in ends[1:]), len(path)]
-    return [_Stretch(begin, end, tool, length) for (begin, tool, length), end in zip(ends, closing, strict=True)]
-
-
-def _find_cuts(
-    moves: Moves, path: ToolPath, stretch: _Stretch, before: _Stretch | None, own: float, lowest: float
-) -> tuple[int, int]:
-    """The first move of a stretch that cuts, and the first that does so lower than the stretch began; -1 without one.
-
-    Before a tool goes down, its length is no matter: posts move a retracted head at feed rate where a control of theirs
-    has no fast rapids, and call the length after that. Nothing is retracted where the stretch ``before`` ends at its
-    deepest cut: then feed moves are cuts that rise less than the tool is longer or shorter than the length in force,
-    up to Z0 or to the ``lowest`` cut of the program.
-    """
-    begins_at = path.start[stretch.begin, 2]
-    first, floor = -1, begins_at - LIMIT_SLACK_MM
-    goes_on = before is not None and begins_at <= _find_deepest_cut(path, before) + LIMIT_SLACK_MM
-    for block, stop in iterate_blocks(stretch.end - stretch.begin):
-        begin, end = stretch.begin + block, stretch.begin + stop
-        move = path.move[begin:end]
-        cuts = np.flatnonzero((path.feed_time[begin:end] > 0) & (move >= (0 if stretch.length else moves.first_cut)))
-        if not len(cuts):
-            continue
-        first = int(move[cuts[0]]) if first < 0 else first
-        start, final = path.start[begin:end][cuts, 2], path.end[begin:end][cuts, 2]
-        in_part = final <= begins_at + max(abs(own - stretch.length), LIMIT_SLACK_MM)
-        in_part &= moves.end[move[cuts], 2] <= max(0.0, lowest) + LIMIT_SLACK_MM
-        low = cuts[(np.minimum(start, final) < floor) | (goes_on & in_part)]
-        if len(low):
-            return first, int(move[low[0]])
-    return first, -1
-
-
-def _find_deepest_cut(path: ToolPath, stretch: _Stretch) -> float:
-    """The lowest Z of the cuts of a stretch, mm; below all places without one."""
-    lowest = math.inf
-    for block, stop in iterate_blocks(stretch.end - stretch.begin):
-        rows = slice(stretch.begin + block, stretch.begin + stop)
-        cuts = path.end[rows, 2][path.feed_time[rows] > 0]
-        lowest = min(lowest, float(cuts.min(initial=math.inf)))
-    return lowest if lowest < math.inf else -math.inf
-
-
-def _find_low_rapid(
-    moves: Moves, path: ToolPath, stretch: _Stretch, longer_by: float, radius: float
-) -> tuple[int, bool, str]:
-    """The first rapid to program coordinates that takes the tip too low, ``longer_by`` mm lower; -1 without one.
-
-    With whether that is below the table face, and where it is. It may also go down to below Z0, where a part can be.
-    """
-    beside = -1, False, ""
-    for block, stop in iterate_blocks(stretch.end - stretch.begin):
-        rows = slice(stretch.begin + block, stretch.begin + stop)
-        move, start, end = path.move[rows], path.start[rows], path.end[rows]
-        axis = find_axis_of_angles(end[:, 3], end[:, 4])
-        tip, height = end[:, :3] - longer_by * axis, moves.end[move, 2] - longer_by
-        is_rapid = (moves.kind[move] == MoveKind.RAPID) & (move >= 0) & ~np.isin(move, moves.machine_moves)
-        is_under = (tip[:, 2] < -LIMIT_SLACK_MM) & ((tip[:, :2] ** 2).sum(axis=1) < radius**2)
-        low = np.flatnonzero(is_rapid & is_under)
-        if len(low):
-            return int(move[low[0]]), True, f"{-tip[low[0], 2]:.6g} mm below the table face"
-        is_down = ((end[:, :3] - start[:, :3]) * axis).sum(axis=1) < -LIMIT_SLACK_MM
-        down = np.flatnonzero(is_rapid & is_down & (height < -LIMIT_SLACK_MM))
-        if len(down) and beside[0] < 0:
-            beside = int(move[down[0]]), False, f"down to Z{height[down[0]]:.6g}"
-    return beside
-
-
-class _WrongLength(Struct):
-    """Cuts with a wrong length: the first one, the first one that is an error, and the finding about them."""
-
-    first: int
-    low: int = -1
-    text: str = ""
-    edits: tuple[Remedy, ...] = ()  #: They put the missing length in force.
-    advice: str | None = None  #: Empty where the tool has a length of its own: length 0 is not what is meant.
-
-
-def _check_lengths(
-    moves: Moves, path: ToolPath, options: Options, changes: Sequence[Finding], radius: float
-) -> Iterator[Finding]:
-    """VP034: tools that cut without a length, or with that of another tool, each once; VP049 where it is an error.
-
-    So is a rapid without a length, or with that of the tool before, that takes the tip of a longer tool below the face
-    of the table; one that goes down to below Z0 is in doubt.
-
-    Where a change of tools is missing (VP041), the length follows from that: this finding is the error in its place.
-
-    An error where the set-up gives the tool a length, and it comes down with another one: nothing else can be meant. A
-    length that no tool before has may be a second offset of the same tool, or wear; one that H names, if no tool of the
-    program has it.
-    """
-    lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
-    names = moves.name_tools()
-    named = [item for item in moves.findings if item.quantity == "length"]
-    unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
-    called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
-    called |= {item.tool: None for item in named if item.tool is not None and _follows_stop(moves, item.line or 0)}
-    wrong: dict[tuple[int, float], _WrongLength] = {}  # by tool and length
-    before: list[int] = []  # tools so far
-    spindle = 0  # the one that may still be there, after TOOL CALL 0 too
-    # the first too low without a length, whether it is an error, why, and what puts the length in force
-    rapid: tuple[int, bool, str, tuple[Remedy, ...]] = -1, False, "", ()
-    raised: set[int | None] = set()  # lines of changes that lack T or M6, and are errors
-    with_length: set[int] = set()  # tools that have had theirs so far
-    stretches = _list_stretches(moves, path)
-    feeds = np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL)
-    lowest = float(moves.end[feeds, 2].min(initial=math.inf))
-    needs_code = any(one.length for one in stretches)
-    for stretch, stretch_before in zip(stretches, (None, *stretches), strict=False):
-        tool, length = stretch.tool, stretch.length
-        before += [] if tool in before else [tool]
-        own = lengths.get(tool, 0.0)
-        spindle = tool if tool or moves.language != "heidenhain" else spindle
-        mounted = lengths.get(spindle, 0.0)
-        owners = [one for one in called if one != tool and lengths.get(one) == length]
-        is_carried = bool(length and owners) and own != length and tool in lengths
-        with_length |= {tool} if length and not is_carried else set()
-        if (not length or is_carried) and mounted > length and not rapid[1]:
-            at, is_under, where = _find_low_rapid(moves, path, stretch, mounted - length, radius)
-            if at >= 0 and (is_under or rapid[0] < 0):
-                text = _describe_low_rapid(tool, spindle, mounted, length, names, where, moves.language)
-                place = _find_activation(moves, at) if tool and needs_code and tool not in with_length else _NO_PLACE
-                edits = _make_activations(tool, place, moves.language)
-                if place.change:
-                    text = f"{text.rpartition('; ')[0]}; {_describe_activation(tool, place, moves.language)}"
-                    text += f", or write the rapid in machine coordinates ({_get_machine_word(moves.language)})"
-                elif tool and needs_code and tool in with_length:
-                    text = f"{text.rpartition('; ')[0]}; {_describe_ended_length(moves, path, stretch)}"
-                    edits = _make_activations(tool, _Place(int(moves.line[at])), moves.language, is_before=True)
-                rapid = at, is_under and spindle == tool, text, edits
-        owner = next((one for one in before if one in owners), None)
-        if length and not is_carried:
-            continue
-        first, low = _find_cuts(moves, path, stretch, stretch_before, own, lowest)
-        if first < 0:
-            continue
-        place = _find_activation(moves, first)
-        suspects = [*(named if length else ()), *unloaded]
-        told = [item for item in suspects if item.line is not None and place.change <= item.line <= moves.line[first]]
-        if told and low >= 0 and own and told[-1].tool:
-            raised.add(told[-1].line)
-            yield dataclasses.replace(told[-1], severity="error")
-        elif told and low >= 0 and not (tool or length) and (said := _describe_unknown_tool(told[-1], lengths, names)):
-            raised.add(told[-1].line)
-            yield dataclasses.replace(told[-1], severity="error", message=said)
-        if told or (length and owner is None):
-            continue  # an H of another tool since then has its own warning
-        # no length is told once, whatever the tools
-        known = wrong.setdefault((tool if length else 0, length), _WrongLength(first))
-        if known.text and (known.low >= 0 or low < 0 or not own):
-            continue
-        known.low = low if own else -1
-        known.text = (
-            _describe_other_length(tool, length, own, owner, names, place, moves.language)
-            if owner is not None and length
-            else _describe_bare_tool(tool, own, lengths, names, place, moves.language)
-        )
-        known.edits = _make_activations(tool, place, moves.language) if own else ()
-        known.advice = "" if own or length else None
-    at, is_error, text, edits = rapid
-    if at >= 0 and (cause := [one for one in unloaded if _find_change(moves, at) <= (one.line or 0) <= moves.line[at]]):
-        if is_error and cause[-1].line not in raised:
-            yield dataclasses.replace(cause[-1], severity="error")
-        at = -1  # the length in force follows from the tool that is not loaded
-    cut = wrong.get((0, 0.0), _WrongLength(len(moves)))
-    if at >= 0 and not 0 <= cut.low < (at if is_error else len(moves)):
-        line, severity = int(moves.line[at]), "error" if is_error else "warning"
-        way = next((one for one in moves.findings if one.code == "VP052" and one.line == line), None)
-        if way is None:
-            yield make_finding(
-                "VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits, advice=""
-            )
-        elif is_error:  # it is no place of the part that is meant: not the length is missing, but G91
-            what, _separator, remedy = way.message.partition(": ")
-            message = f"{what}; {text.partition('; ')[0]}: {remedy}"
-            yield dataclasses.replace(way, severity="error", message=message)
-        if cut.first > at:
-            wrong.pop((0, 0.0), None)  # of the same cause
-    for one in wrong.values():
-        line = int(moves.line[one.first if one.low < 0 else one.low])
-        severity = "warning" if one.low < 0 else "error"
-        lines = {"line": line, "last_line": line, "worst_line": line}
-        yield make_finding("VP034", one.text, severity=severity, edits=one.edits, advice=one.advice, **lines)
-
-
-def _follows_stop(moves: Moves, line: int) -> bool:
-    """Whether the spindle was stopped, and no tool called, between the last cut before a line and that line."""
-    after = np.flatnonzero(moves.line >= line)
-    first = int(after[0]) if len(after) else len(moves)
-    cuts = np.flatnonzero(moves.kind[:first] == MoveKind.FEED)
-    begin = int(cuts[-1]) if len(cuts) else first
-    events = [one for one in moves.events if begin < one.before <= first and one.line < line]
-    is_stopped = any(one.kind == "spindle" and one.data["direction"] == "stop" for one in events)
-    return is_stopped and not any(one.kind == "tool" for one in events)
-
-
 def _check_uncalled_tools(moves: Moves, options: Options) -> Iterator[Finding]:
     """VP041: the set-up gives this program alone a tool that no line of it calls: a tool call may be missing."""
     if _may_call_others(moves, options):
         return
-    called = set(_list_called_tools(moves)) | moves.read_tools
+    called = set(moves.list_called_tools()) | moves.read_tools
     keys = [tool.key for number, tool in (options.tools or {}).items() if tool.key and number not in called]
     if keys:
         it, them = ("it", "its call") if len(keys) == 1 else ("them", "their calls")
@@ -555,7 +358,7 @@ def _check_uncalled_shapes(moves: Moves, options: Options) -> Iterator[Finding]:
 
     A file of shapes may serve many programs: where one shape is used, the others mean nothing.
     """
-    called, shapes = [number for number in _list_called_tools(moves) if number], options.tool_shapes
+    called, shapes = [number for number in moves.list_called_tools() if number], options.tool_shapes
     is_used = bool(options.keep_out) or options.stock is not None
     if not (is_used and called and shapes and shapes.keys().isdisjoint(called)) or _may_call_others(moves, options):
         return
@@ -575,152 +378,6 @@ def _may_call_others(moves: Moves, options: Options) -> bool:
     """Whether a line before, a block that is skipped or a code of the builder may call a tool."""
     is_hidden = options.from_line is not None or options.block_delete
     return bool(is_hidden) or any(event.kind == "remapped" for event in moves.events)
-
-
-def _find_change(moves: Moves, move: int) -> int:
-    """The line of the last tool change before a move; 0 where there is none."""
-    return max((one.line for one in moves.events if one.kind == "tool" and one.before <= move), default=0)
-
-
-class _Place(Struct, frozen=True):
-    """Where a length is to be put in force."""
-
-    change: int  #: The line of the last tool change; 0 where there is none.
-    line: int = 0  #: The first block behind it that moves along Z, if it is a rapid; else 0.
-    z: float = 0.0  #: Its Z.
-
-
-_NO_PLACE: Final = _Place(0)
-
-
-def _find_activation(moves: Moves, move: int) -> _Place:
-    """Where a length that a move lacks is to be put in force; controls may move at once where it stands alone."""
-    changes = [(one.before, one.line) for one in moves.events if one.kind == "tool" and one.before <= move]
-    if not changes:
-        return _NO_PLACE
-    begin, change = max(changes)[0], max(line for _before, line in changes)
-    if moves.language:  # none of G-code
-        return _Place(change)
-    rows = np.arange(max(begin, 1), move + 1)
-    is_along = (moves.end[rows, 2] != moves.end[rows - 1, 2]) & (moves.frame[rows] == moves.frame[rows - 1])
-    is_along &= ~np.isin(rows, moves.machine_moves)
-    found = rows[is_along & (moves.line[rows] > change)][:1].tolist()
-    if not found or moves.kind[found[0]] != MoveKind.RAPID:  # a cut is no place for it
-        return _Place(change)
-    return _Place(change, int(moves.line[found[0]]), float(moves.end[found[0], 2]))
-
-
-def _list_called_tools(moves: Moves) -> dict[int, None]:
-    """Numbers of tools, each once: one that T names without M6 is meant to cut as much as one that M6 loads."""
-    return dict.fromkeys(
-        [
-            *(number for _change, number in list_tool_changes(moves.events)),
-            *(one.number for one in moves.selections if one.number),
-        ]
-    )
-
-
-def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names: Mapping[int, str]) -> str:
-    """A VP041 of a program that has loaded no tool so far, with the length that it lacks; empty where none is given."""
-    what, separator, remedy = missing.message.rpartition("; ")
-    own = max(lengths.values(), default=0.0) if missing.tool is None else lengths.get(missing.tool, 0.0)
-    if not own:
-        return ""
-    given = (
-        "the set-up has lengths of tools"
-        if missing.tool is None
-        else f"the set-up gives {describe_tool_number(missing.tool, names)} {own:g} mm"
-    )
-    return f"{what}; the cut has length 0, and {given}{separator}{remedy}"
-
-
-#: What puts the length of a tool in force, by languages; in the others it is G43.
-#: What VP037 finds missing, but for a length that the control has cancelled.
-_NO_TCP: Final = "no code turns on tool-centre-point control"
-_ACTIVATIONS: Final = {"siemens": "D1", "heidenhain": "TOOL CALL", "aptcl": "LOADTL"}
-
-
-def _get_machine_word(language: str) -> str:
-    """What asks for machine coordinates in a language."""
-    return {"siemens": "SUPA", "heidenhain": "M91", "aptcl": "GOHOME"}.get(language, "G53")
-
-
-def _make_activations(tool: int, place: _Place, language: str, *, is_before: bool = False) -> tuple[Remedy, ...]:
-    """What puts the length of a tool in force: with the first Z, or below or before a line; nothing in languages whose
-    tool call does.
-    """
-    if not tool or not place.change or language in ("heidenhain", "aptcl"):
-        return ()
-    word = _ACTIVATIONS.get(language, f"G43 H{tool}")
-    if place.line:
-        return (Remedy("activate the length", word, line=place.line, word=("Z", place.z), way="behind"),)
-    way: Literal["before", "below"] = "before" if is_before else "below"
-    return (Remedy("activate the length", word, line=place.change, way=way, is_choice=is_before),)
-
-
-def _describe_activation(tool: int, place: _Place, language: str) -> str:
-    """How to put the length of a tool in force; 0 for no tool."""
-    word = _ACTIVATIONS.get(language) or (f"G43 H{tool}" if tool else "G43")
-    if place.line:
-        return f"activate its length ({word} in line {place.line}, with the first Z)"
-    return f"activate its length ({word}) {f'after line {place.change}' if place.change else 'before'}"
-
-
-def _describe_other_length(
-    tool: int, length: float, own: float, owner: int, names: Mapping[int, str], place: _Place, language: str
-) -> str:
-    mine, other = (describe_tool_number(one, names) for one in (tool, owner))
-    return (
-        f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: "
-        f"{_describe_activation(tool, place, language)}, or the tip is {abs(own - length):g} mm off"
-    )
-
-
-def _describe_bare_tool(
-    tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str], place: _Place, language: str
-) -> str:
-    """Why a move cuts with a tool of length 0, and what to do if that is not meant."""
-    name = describe_tool_number(tool, names)
-    if own:
-        return (
-            f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; "
-            f"{_describe_activation(tool, place, language)}, or give it the length 0 where the work offset contains "
-            "its length"
-        )
-    if tool in lengths:
-        return (
-            f"{name} has the length 0 in the tool table: its tip is the gauge line of the spindle; if that is not "
-            "meant, write its length there"
-        )
-    return (
-        f"the tool has no length: its tip is the gauge line of the spindle; "
-        f"{_describe_activation(0, _NO_PLACE, language)}, or give --tool-length"
-    )
-
-
-def _describe_low_rapid(
-    tool: int, spindle: int, own: float, length: float, names: Mapping[int, str], where: str, language: str
-) -> str:
-    """Why a rapid without its tool's length is too low, and what to do; for ``tool`` 0 the spindle may be empty."""
-    name = describe_tool_number(spindle, names)
-    remedy = f"write it in machine coordinates ({_get_machine_word(language)}), or keep the length in force"
-    if not tool:
-        return (
-            f"a rapid with length 0 after TOOL CALL 0: if {name}, {own:g} mm long, is still in the spindle, its tip "
-            f"goes {where}; {remedy}"
-        )
-    return f"a rapid with length {length:g}, and {name} is {own:g} mm long: its tip goes {where}; {remedy}"
-
-
-def _describe_ended_length(moves: Moves, path: ToolPath, stretch: _Stretch) -> str:
-    """Where the length of a tool has ended before a stretch without one, and what may be missing since."""
-    ended = int(moves.line[path.move[stretch.begin]])
-    length = _ACTIVATIONS.get(moves.language) or f"G43 H{stretch.tool}"
-    return (
-        f"from line {ended} on its length is not in force, and no block since then calls a tool or a length; write "
-        f"T and M6 of the next tool, or {length}, before this line, or the rapid in machine coordinates "
-        f"({_get_machine_word(moves.language)})"
-    )
 
 
 def _find_implausible(options: Options) -> Iterator[str]:

@@ -496,6 +496,11 @@ class Moves(Struct, frozen=True):
         """Number -> name of the tools that the program names, those too that no change of tools loads."""
         return {**{one.number: one.name for one in self.selections if one.name}, **name_tools(self.events)}
 
+    def list_called_tools(self) -> dict[int, None]:
+        """Numbers of tools, each once: one that T names without M6 is meant to cut as much as one that M6 loads."""
+        loaded = (number for _change, number in list_tool_changes(self.events))
+        return dict.fromkeys([*loaded, *(one.number for one in self.selections if one.number)])
+
     def find_said_tcp(self, move: Ints) -> Mask:
         """Whether codes say, at each of some moves, in which directions X Y Z count."""
         return np.searchsorted(self.tcp_changes, move, side="right") % 2 == 1
