@@ -180,7 +180,7 @@ def _check_part(measured: MeasuredBlock, part: VerifierPart) -> None:
     part.check(measured)
 
 
-def _finish_part(part: VerifierPart) -> Verification:
+def _finish_part(part: VerifierPart) -> tuple[Verification, list[str]]:
     return part.finish()
 
 

@@ -14,6 +14,7 @@ class FindingCollector:
 
     def __init__(self, header_lines: int | None = None) -> None:
         self._header_lines = header_lines
+        self.explained = list[str]()  #: Codes of findings that other rows than those of the program explain.
         # findings, the checks that found them, and how many rows these found
         self._kept: dict[tuple[str, object], tuple[Finding, object, int]] = {}
         # of those that say how far rows are off: the row that is worst, how far, and in what unit
@@ -60,9 +61,10 @@ class FindingCollector:
         self._kept[kind] = make_finding(code, message, line=line, last_line=line, worst_line=line, **more), check, rows
 
     def explain(self, code: str, reason: str) -> None:
-        """Add to the findings of a code why they may be."""
+        """Add to the findings of a code why they may be: the rows are those of another program or set-up."""
         for kind, (finding, check, rows) in self._kept.items():
             if kind[0] == code:
+                self.explained.append(code)
                 self._kept[kind] = (
                     replace(finding, message=f"{finding.message}{self._name_rows(kind, rows)}; {reason}"),
                     check,

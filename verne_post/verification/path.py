@@ -15,9 +15,7 @@ from verne_post.verification.programmed import find_tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
-#: All reasons that explain most of what is wrong with a file have these words.
-MADE_WITH: Final = "were made with"
-_OTHER: Final = f"these are rows of another program, or {MADE_WITH} other options or set-up"
+_OTHER: Final = "these are rows of another program, or were made with other options or set-up"
 #: Why nearly all rows of a file may be off, and what share of them that is.
 OTHER_ROWS: Final = f"nearly no row fits: {_OTHER}"
 _NEARLY_ALL: Final = 0.9
@@ -85,13 +83,13 @@ class PathCheck:
             self.findings.explain(
                 "VP411",
                 f"the rows fit a tool that is {abs(longer):.3f} mm {'longer' if longer > 0 else 'shorter'}, {where}: "
-                f"they {MADE_WITH} another tool length",
+                "they were made with another tool length",
             )
         else:
             aside = turn_to_setup(self.coordinates, usual)
             vector = " ".join(f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", aside, strict=True))
             reason = (
-                f"the tip is off by {vector} mm on the table {where}: the rows {MADE_WITH} another work offset, "
+                f"the tip is off by {vector} mm on the table {where}: the rows were made with another work offset, "
                 "tool length or set-up"
             )
             self.findings.explain("VP411", reason)

@@ -22,7 +22,7 @@ from verne_post.verification.collector import FindingCollector
 from verne_post.verification.completeness import CompletenessCheck
 from verne_post.verification.dynamics import DynamicsCheck
 from verne_post.verification.feed import FeedCheck
-from verne_post.verification.path import MADE_WITH, OTHER_ROWS, PathCheck
+from verne_post.verification.path import OTHER_ROWS, PathCheck
 from verne_post.verification.reference import Reference, build_reference
 from verne_post.verification.rows import Forward, LostPath, MeasuredRows, RowMatcher
 
@@ -105,15 +105,15 @@ class Verifier:
         return join_verdicts(part.finish() for part in self.parts)
 
 
-def join_verdicts(verdicts: Iterable[Verification]) -> Verification:
-    """The verdict of all parts of a verifier, from those of each; findings by their codes.
+def join_verdicts(verdicts: Iterable[tuple[Verification, list[str]]]) -> Verification:
+    """The verdict of all parts of a verifier, from those of each, with the codes explained; findings by their codes.
 
     What follows from rows that are those of another program or set-up is no finding of its own.
     """
-    path, motion = verdicts
+    (path, path_codes), (motion, motion_codes) = verdicts
     found = sorted([*motion.findings, *path.findings], key=lambda item: item.code)
-    if causes := [item.code for item in found if MADE_WITH in item.message]:
-        found = [item for item in found if item.code == causes[0] or item.code not in _OF_OTHER_ROWS]
+    if causes := [*path_codes, *motion_codes]:
+        found = [item for item in found if item.code == min(causes) or item.code not in _OF_OTHER_ROWS]
     return replace(
         motion, tip_deviation_mm=path.tip_deviation_mm, axis_deviation_deg=path.axis_deviation_deg, findings=found
     )
@@ -125,8 +125,11 @@ class VerifierPart(Protocol):
     def check(self, measured: MeasuredBlock) -> None:
         """Check the next rows."""
 
-    def finish(self) -> Verification:
-        """Check the end of the file; returns what these checks found, the rest as it is at the beginning."""
+    def finish(self) -> tuple[Verification, list[str]]:
+        """Check the end of the file; returns what these checks found, the rest as it is at the beginning.
+
+        With it come the codes of findings that rows of another program or set-up explain.
+        """
 
 
 class _PathPart:
@@ -140,13 +143,14 @@ class _PathPart:
         for rows in measured.parts:
             self._path.check(rows)
 
-    def finish(self) -> Verification:
+    def finish(self) -> tuple[Verification, list[str]]:
         self._path.finish()
-        return Verification(
+        result = Verification(
             tip_deviation_mm=self._path.tip_deviation,
             axis_deviation_deg=self._path.axis_deviation * DEG_PER_RAD,
             findings=self._findings.findings,
         )
+        return result, self._findings.explained
 
 
 class _MotionPart:
@@ -183,7 +187,7 @@ class _MotionPart:
             self._lost = lost
             self._findings.add(lost.code, lost.text, int(block.line[lost.row]), block.first + lost.row)
 
-    def finish(self) -> Verification:
+    def finish(self) -> tuple[Verification, list[str]]:
         result = self._result
         if result.n_rows == 0:
             self._findings.add("VP412", "the file has no rows", None)
@@ -202,7 +206,7 @@ class _MotionPart:
         self._feed.finish(result)
         result.axis_error_deg = self._matcher.axis_error * DEG_PER_RAD
         result.findings = self._findings.findings
-        return result
+        return result, self._findings.explained
 
     def _check_axis_error(self) -> None:
         """Compare the axis error that the machine leaves with what its file accepts."""
