@@ -129,7 +129,8 @@ def propose_heights(source: Text, program: Program, line: Line, item: Finding) -
         left = _list_errors(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program)
         if left is None:
             return None
-        own = [one for one in left if _is_in_lines_of(one, item)]
+        first, last = item.line or 0, item.last_line or 0
+        own = [one for one in left if (one.line or 0) <= last and first <= (one.last_line or 0)]
         contacts = [one.line or 0 for one in left if one.code == "VP216" and one not in own]
         return own, [at for at in contacts if _is_of_call(source, program, at, heights[0])]
 
@@ -215,10 +216,6 @@ def propose_stick_out(source: Text, program: Program, line: Line, item: Finding)
 def _is_contact(program: Program, item: Finding) -> bool:
     is_short = len(program.contour) <= TRIED_ELEMENTS
     return is_short and item.code == "VP216" and item.severity == "error" and item.value is not None
-
-
-def _is_in_lines_of(one: Finding, item: Finding) -> bool:
-    return (one.line or 0) <= (item.last_line or 0) and (item.line or 0) <= (one.last_line or 0)
 
 
 def _find_steps(is_right: Callable[[int], bool], depth: float) -> int | None:

@@ -57,7 +57,7 @@ def lay_out(
         wrong = [
             place
             for place, stands in zip(moves.table_places, found, strict=True)
-            if not _are_one(place.machine, stands)
+            if not np.abs(np.subtract(place.machine, stands)).max() <= DEG_PER_RAD * ZERO_ANGLE
         ]
         if not wrong:
             return moves, path, branches
@@ -82,7 +82,3 @@ def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[fl
     words = machine.coordinates.map_from_table(np.zeros(3), path.end[at, 3:], Frame())
     a, c = (float(words[axis]) for axis in machine.coordinates.rotary)
     return a, c
-
-
-def _are_one(first: tuple[float, float], second: tuple[float, float]) -> bool:
-    return max(abs(one - other) for one, other in zip(first, second, strict=True)) <= DEG_PER_RAD * ZERO_ANGLE

@@ -251,7 +251,7 @@ def _restart(summary: Summary) -> Facts:
             states.append(describe_tool(event))
         else:
             more = {
-                "per": _name_speed_unit(event),
+                "per": f" {data['unit']}" if "unit" in data else "/min",
                 "most": f" (at most {data['most_per_minute']:g}/min)" if "most_per_minute" in data else "",
                 "what": "digital" if "on" in data else "analog",
                 "switches": ", ".join(f"{name} {'on' if on else 'off'}" for name, on in data.items()),
@@ -260,10 +260,6 @@ def _restart(summary: Summary) -> Facts:
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
     done = f"; the program has executed, in this order: {', '.join(executed)}" if executed else ""
     return [("restart", f"starts at line {summary.options.from_line}{needed}{done}")]
-
-
-def _name_speed_unit(event: Event) -> str:
-    return f" {event.data['unit']}" if "unit" in event.data else "/min"
 
 
 def _describe_dry_run(summary: Summary) -> Facts:

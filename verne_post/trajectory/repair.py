@@ -84,7 +84,8 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array], hopeless:
     reach = max(round(tuning.REPAIR_REACH * task.unit / task.cycle), 8)
     for attempt in range(tuning.REPAIR_ROUNDS + 1):
         if not len(bad):
-            return z[REST_ROWS:-REST_ROWS] if _is_monotone(z) else None
+            rises = all((np.diff(z[first : last + 1]) >= 0).all() for first, last in iterate_blocks(len(z)))
+            return z[REST_ROWS:-REST_ROWS] if rises else None
         if attempt == tuning.REPAIR_ROUNDS:
             break
         width = reach * (2 + attempt) // 2
@@ -137,10 +138,6 @@ def _measure_at_steps(z: Array, rows: Ints, measure: Callable[[Array], Mask]) ->
         near = rows[first : first + SCATTERED_ROWS, None] + np.arange(-1, 2)
         found.append(measure(z[np.clip(near, 0, len(z) - 1)].ravel())[1::3])
     return np.concatenate(found)
-
-
-def _is_monotone(z: Array) -> bool:
-    return all((np.diff(z[first : last + 1]) >= 0).all() for first, last in iterate_blocks(len(z)))
 
 
 def _repair_stretches(

@@ -20,11 +20,9 @@ _VERSION: Final = re.compile(r"\.\d+$")
 _DEFAULT: Final = "rs274"
 
 
-def _find_dialects() -> dict[str, Dialect]:
-    return {name: import_module(f"{__name__}.{name}").DIALECT for name in list_module_names(__path__)}
-
-
-DIALECTS: Final[Mapping[str, Dialect]] = _find_dialects()
+DIALECTS: Final[Mapping[str, Dialect]] = {
+    name: import_module(f"{__name__}.{name}").DIALECT for name in list_module_names(__path__)
+}
 
 
 def name_dialect(dialect: Dialect) -> str:

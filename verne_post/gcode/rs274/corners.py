@@ -30,18 +30,8 @@ class FanucCorners:
         if self.corner is None and self.queue.corner is None:
             self.core.go_straight(at, kind, end, axes, absolute=absolute)
             return
-        state = self.core.state
-        self._add(
-            Element(
-                self.core.recorder.lines.find_own(at.line),
-                list(state.position),
-                end,
-                kind,
-                state.feed,
-                tuple(axes),
-                absolute=absolute,
-            )
-        )
+        state, line = self.core.state, self.core.recorder.lines.find_own(at.line)
+        self._add(Element(line, list(state.position), end, kind, state.feed, tuple(axes), absolute=absolute))
 
     def add_arc(
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
@@ -50,19 +40,8 @@ class FanucCorners:
         if self.corner is None and self.queue.corner is None:
             self.core.go_on_arc(at, start, end, arc, axes, absolute=absolute)
             return
-        feed = self.core.state.feed
-        self._add(
-            Element(
-                self.core.recorder.lines.find_own(at.line),
-                list(start),
-                end,
-                MoveKind.FEED,
-                feed,
-                tuple(axes),
-                arc,
-                absolute=absolute,
-            )
-        )
+        feed, line = self.core.state.feed, self.core.recorder.lines.find_own(at.line)
+        self._add(Element(line, list(start), end, MoveKind.FEED, feed, tuple(axes), arc, absolute=absolute))
 
     def prepare(self, block: Block, modes: Modes) -> None:
         """Take the corner that ends a block; refuse (VP017) anything but a line or an arc after one."""

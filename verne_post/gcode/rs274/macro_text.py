@@ -315,19 +315,17 @@ def _find_loops(source: Text, programs: Collection[int]) -> Loops:
 
 def find_block_numbers(source: Text) -> dict[str, int]:
     """The numbers of all blocks (N), and the last line of each."""
-    found, line, at = dict[str, int](), 1, 0
-    for match in re.finditer(rb"^[ \t]*(?:/[0-9]?[ \t]*)?N[ \t]*0*(\d+)", source, re.MULTILINE | re.IGNORECASE):
-        line, at = line + source.count(b"\n", at, match.start()), match.start()
-        found[match[1].decode()] = line
-    return found
+    return {number.decode(): line for number, line in _list_block_numbers(source, rb"\d+")}
 
 
 def find_numbered_lines(source: Text, number: int) -> list[int]:
     """Lines whose block has a number (N)."""
-    found, line, at = list[int](), 1, 0
-    for match in re.finditer(
-        rb"^[ \t]*(?:/[0-9]?[ \t]*)?N[ \t]*0*%d(?![0-9.])" % number, source, re.MULTILINE | re.IGNORECASE
-    ):
+    return [line for _number, line in _list_block_numbers(source, rb"%d(?![0-9.])" % number)]
+
+
+def _list_block_numbers(source: Text, number: bytes) -> Iterator[tuple[bytes, int]]:
+    line, at = 1, 0
+    pattern = rb"^[ \t]*(?:/[0-9]?[ \t]*)?N[ \t]*0*(%b)" % number
+    for match in re.finditer(pattern, source, re.MULTILINE | re.IGNORECASE):
         line, at = line + source.count(b"\n", at, match.start()), match.start()
-        found.append(line)
-    return found
+        yield match[1], line

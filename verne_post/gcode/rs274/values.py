@@ -43,10 +43,6 @@ def find_polar_end(block: Block, x: float, y: float, *, absolute: bool) -> tuple
     return distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
 
 
-def _describe_lost_point(value: float) -> str:
-    return "; its decimal point may be missing" if value == round(value) else ""
-
-
 class WordValues:
     """Values of words in mm and degrees."""
 
@@ -69,7 +65,8 @@ class WordValues:
         if self.modes.inch and letter in LINEAR:
             value *= MM_PER_INCH
         if self.setup.machine and abs(value) > (MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG):
-            raise block.error("VP007", f"{letter}{value:g} is beyond any machine{_describe_lost_point(value)}", letter)
+            lost_point = "; its decimal point may be missing" if value == round(value) else ""
+            raise block.error("VP007", f"{letter}{value:g} is beyond any machine{lost_point}", letter)
         return value
 
     def list_named_axes(self, block: Block) -> list[int]:

@@ -74,17 +74,16 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def turn_part_back(self, point: Array, q: Array) -> Array:
         """Inverse of :meth:`turn_part`."""
-        if not self.tilt.on_tool:
-            point = self._turn_about_tilt(point - self.tilt.through, -q[..., 0]) + self.tilt.through
-        if not self.turn.on_tool:
-            point = rotate_z(point - self.turn.through, -q[..., 1]) + self.turn.through
-        return point
+        return self._turn_back(point, q, on_tool=False)
 
     def turn_tool(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the tool's end where the rotary joints put them, the linear ones at 0."""
-        if self.tilt.on_tool:
+        return self._turn_back(point, q, on_tool=True)
+
+    def _turn_back(self, point: Array, q: Array, *, on_tool: bool) -> Array:
+        if self.tilt.on_tool == on_tool:
             point = self._turn_about_tilt(point - self.tilt.through, -q[..., 0]) + self.tilt.through
-        if self.turn.on_tool:
+        if self.turn.on_tool == on_tool:
             point = rotate_z(point - self.turn.through, -q[..., 1]) + self.turn.through
         return point
 
