@@ -103,8 +103,11 @@ class RodGeometry(Struct, frozen=True, dict=True, eq=False):
         return float(self.rod_lengths.min())
 
     def find_sliders(self, centre: Array, alpha: Array, arms: Array) -> tuple[Array, Array]:
-        """Sliders (..., 6), one for each rod, and squared drops along the rails; ``w = centre + Rx(alpha) arm - b``."""
-        away = centre[..., None, :] + rotate_x(arms, alpha[..., None]) - self.feet
+        """:meth:`slide` to ``w = centre + Rx(alpha) arm - b``."""
+        return self.slide(centre[..., None, :] + rotate_x(arms, alpha[..., None]) - self.feet)
+
+    def slide(self, away: Array) -> tuple[Array, Array]:
+        """Sliders (..., 6), one for each rod, that reach w (..., 6, 3), and squared drops along the rails."""
         along = (away * self.rails).sum(axis=-1)
         drops2 = self.rod_lengths**2 - (away**2).sum(axis=-1) + along**2
         return along - self.sides * np.sqrt(np.maximum(drops2, 0.0)), drops2

@@ -134,11 +134,12 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
     def _find_tilt(self, centre: Array, arms: Array, alpha: Array, longest: float) -> Array:
         """The tilt at which the rods of each actuator ask for the same slider: Newton from ``alpha``, least squares."""
         for _ in range(STEPS):
-            sliders, drops2 = self.find_sliders(centre, alpha, arms)
-            gaps = sliders - sliders[..., self.first_rods][..., self.slider_of]
             turned = rotate_x(arms, alpha[..., None])
-            rods = centre[..., None, :] + turned - self.feet - sliders[..., None] * self.rails
-            rates = (rods * rotate_x_rate(arms, alpha[..., None])).sum(axis=-1) / (self.sides * np.sqrt(drops2))
+            away = centre[..., None, :] + turned - self.feet
+            sliders, drops2 = self.slide(away)
+            gaps = sliders - sliders[..., self.first_rods][..., self.slider_of]
+            rods = away - sliders[..., None] * self.rails
+            rates = (rods[..., 2] * turned[..., 1] - rods[..., 1] * turned[..., 2]) / (self.sides * np.sqrt(drops2))
             rates = rates - rates[..., self.first_rods][..., self.slider_of]
             step = (gaps * rates).sum(axis=-1) / (rates**2).sum(axis=-1)
             alpha = alpha - np.clip(step, -longest, longest)
