@@ -53,6 +53,10 @@ def test_one_cause_is_one_finding(machine, program, wanted):
     assert found(machine, program) == wanted
 
 
+#: Paths are 8 mm apart: more than the diameter of the tool that stands in for one that is not known.
+POCKETS = "D1\nS900 M3 F99\nG0 X0 Y0 Z9\n" + "POCKET4(5,0,2,-6,12,0,0,3,0.1,0.1,600,200,0,21,8,,,4,2,,)\n" * 2
+
+
 @pytest.mark.parametrize(("program", "wanted"), [
     ("G1 X0 Y0 Z0 F1000\nX=IC(10)\nG2 X5 CR=30", [("VP012", 1, 1)]),
     ("G1 X0 Y0 Z0\nX=IC(10)\nG2 X5 CR=30", [("VP009", 1, 1), ("VP012", 2, 2)]),
@@ -62,9 +66,14 @@ def test_one_cause_is_one_finding(machine, program, wanted):
     ("G0 X0 Y0 Z0 A0 C0 D1\nGG1 G1 X9 F9", [("VP001", 2, 2)]),
     ("G0 X0 Y0 Z0 A0 C0\nG1 9 F9 D1\nG2 X5 Y9 CR=1", [("VP001", 2, 2), ("VP012", 3, 3)]),
     ("G0 X0 Y0 Z0 A0 C0 WAITM\nG1 X=IC(4) F100\nCIP X1 I1=4", [("VP002", 1, 1), ("VP012", 2, 2)]),
+    ("M6\nPOCKETS", [("VP041", 1, 1), ("VP012", 5, 5)]),
+    ('T="MILL\nM6\nPOCKETS', [("VP001", 1, 1)]),
+    ('T="MIL"\nM6\nPOCKETS', [("VP012", 1, 1)]),
 ])  # fmt: skip
 def test_a_siemens_block_that_lacks_a_tool_or_f_is_one_finding(machine, program, wanted):
-    findings = check(f"{program}\nM30".encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)})).findings
+    tools = {"MILL": (60.0, 12.0)} if "POCKETS" in program else None
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)
+    findings = check(f"{program.replace('POCKETS', POCKETS)}\nM30".encode(), machine, options).findings
     assert [(item.code, item.line, item.last_line) for item in findings] == wanted
     assert all("G43" not in item.message for item in findings)
 
