@@ -304,7 +304,7 @@ class _Hole:
         with to.core.keep_feed():
             if pitch and encoder == 0 and to.state.feed_mode == FeedMode.PER_MINUTE:
                 to.core.set_feed(pitch * to.state.spindle_speed)
-            note_tapping(to.core, self.block)
+            note_tapping(to.core, self.block, line=given.call.line)
             self._go(self.clear, rapid=True)
             self._go(self.bottom, rapid=False)
             to.core.auxiliary.switch_spindle(self.block, on=True, backwards=not backwards)
@@ -334,7 +334,7 @@ class _Hole:
         angle = given.number("POSS")
         given.refuse_rest(("_TECHNO", *OF_EDITOR))
         needs = (
-            (bool(pitch), "a pitch (PIT or MPIT)"),
+            (bool(pitch), "the pitch (value 9, PIT, or value 8, MPIT, as 8 for M8)"),
             (min(speeds) > 0, "SST greater than 0"),
             (after in (3, 4, 5), "SDAC 3, 4 or 5"),
         )
@@ -352,7 +352,7 @@ class _Hole:
             below += step
         self._go(self.clear, rapid=True)
         to.core.auxiliary.orient_spindle(self.block, angle)
-        thread = Thread(abs(pitch), pitch < 0, *speeds, seconds)
+        thread = Thread(abs(pitch), pitch < 0, *speeds, seconds, given.call.line)
         go = partial(self._go, rapid=False)
         tap(to.core, self.block, thread, (*places, self.bottom, self.clear), go, (after != 5, after == 4))
         self._go(self.retract, rapid=True)
