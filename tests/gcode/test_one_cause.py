@@ -1163,7 +1163,7 @@ def test_a_place_beyond_a_turn_is_told(machine, word, right, line):
 
 
 @pytest.mark.parametrize(("dialect", "lines", "wanted"), [
-    ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG54\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
+    ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG55\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
      ("VP017", 9, 1, "a change of work offset under G68; write G69 first")),
     ("fanuc", "G0 Z60.\nG55 G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.",
      ("VP017", 8, 1, "G55 in the block of G68.2: which of the two a control executes first is not known; write G55 "
@@ -1194,9 +1194,10 @@ def test_a_mode_that_was_not_meant_is_one_finding(machine, dialect, lines, wante
     assert item.column == (1 if "first in line" in item.message else at_word)  # at G93, at A
 
 
-def test_the_active_work_offset_may_stand_in_the_block_of_a_plane(view):
-    text = HEADS["fanuc"].format("G54\nG0 Z60.\n{} G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.\nG69")
-    (with_offset, found), (without, _) = (view(text.format(code), dialect="fanuc") for code in ("G54", ""))
+def test_the_active_work_offset_may_stand_in_the_block_of_a_plane_and_under_it(view):
+    text = HEADS["fanuc"].format("G54\nG0 Z60.\n{} G68.2 X0. Y0. Z5. I0. J25. K0.\n{}\nG53.1\n{}\nX5. Y5.\nG69")
+    codes = (("G54",) * 3, ("",) * 3)
+    (with_offset, found), (without, _) = (view(text.format(*three), dialect="fanuc") for three in codes)
     assert found == ()
     assert (with_offset.end == without.end).all()
     assert with_offset.frames == without.frames

@@ -55,12 +55,14 @@ def _find_word(line: str, dialect: str) -> tuple[str, int | None]:
         return word, found and found.start() + 1
     if dialect == "siemens":
         call = re.search(r"CYCLE(84|840)[ \t]*\(([^()]*)", line, re.IGNORECASE)
-        values = call[2].split(",") if call else []
-        for name, at in _PITCHES[call[1]] if call else ():
+        if call is None:
+            return "PIT or MPIT", None
+        values = call[2].split(",")
+        for name, at in _PITCHES[call[1]]:
             if (value := "".join(values[at : at + 1])).strip(" \t+-0."):
                 before = sum(len(one) + 1 for one in values[:at]) + len(value) - len(value.lstrip())
                 return f"{name}, value {at + 1} of CYCLE{call[1]}", call.start(2) + before + 1
-        return f"F{by_speed}" if call else "PIT or MPIT", None
+        return f"F{by_speed}", None
     if dialect == "aptcl":
         return "the pitch", None
     found = re.search(r"F[ \t]*(?=[-+.\d#\[=])", line, re.IGNORECASE)
