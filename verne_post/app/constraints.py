@@ -56,12 +56,14 @@ def _check_contour(
 
 def _name_plane(program: Program, item: Finding) -> Finding:
     """VP210 with the tilted plane in which its line moves: its angles may be what is wrong."""
-    moves, rotary = program.moves, program.machine.coordinates.rotary
-    rows = np.flatnonzero(moves.line == (item.worst_line or item.line)) if item.code == "VP210" else ()
-    plane = next((one for one in reversed(moves.planes) if len(rows) and one.before <= rows[-1]), None)
-    if plane is None or not plane.word or not np.isfinite(moves.end[rows[-1], list(rotary)]).all():
+    if item.code != "VP210":
         return item
-    angles = (f"{AXES[axis]}{format_number(float(moves.end[rows[-1], axis]), 4)}" for axis in rotary)
+    moves, rotary = program.moves, list(program.machine.coordinates.rotary)
+    row = int(np.flatnonzero(moves.line == (item.worst_line or item.line or 0))[-1:].sum())
+    plane = next((one for one in reversed(moves.planes) if one.before <= row), None)
+    if plane is None or not plane.word or not np.isfinite(moves.end[row, rotary]).all():
+        return item
+    angles = (f"{AXES[axis]}{format_number(float(moves.end[row, axis]), 4)}" for axis in rotary)
     text = f"; the plane of {plane.word} in line {plane.line} turns the table to {' '.join(angles)}"
     return dataclasses.replace(item, message=item.message + text)
 
