@@ -58,12 +58,7 @@ class KlartextCycles:
             self.holes = 1
 
     def run_cycle(self, number: int, q: _Q) -> None:
-        """One hole, pocket or stud at the present place.
-
-        Raises
-        ------
-        ProgramError
-        """
+        """One hole, pocket or stud at the present place."""
         self.waiting.refuse("a cycle call")
         self.frames.refuse_beside(f"cycle {number}")
         self.core.require_known(self.frames.block, [0, 1], f"cycle {number}")
@@ -301,12 +296,8 @@ class KlartextCycles:
         209 breaks the chip each Q257, back by Q256 pitches or out of the hole, and goes out Q403 times as fast.
         """
         check_tapping(self.core)
-        speed, pitch, bottom, step = (
-            self.state.spindle_speed,
-            q[Q.PITCH],
-            q[Q.SURFACE] + q[Q.DEPTH],
-            q.get(Q.CHIP_DEPTH, 0.0),
-        )
+        speed, pitch = self.state.spindle_speed, q[Q.PITCH]
+        bottom, step = q[Q.SURFACE] + q[Q.DEPTH], q.get(Q.CHIP_DEPTH, 0.0)
         if not pitch:
             raise ProgramError("VP007", "Q239=0: a thread has a pitch; write its mm a turn, below 0 for left-hand")
         for name in (Q.CHIP_DEPTH, Q.CHIP_RETRACT):

@@ -45,13 +45,7 @@ class Drilling:
         self.interpreter, self.variables = interpreter, variables
 
     def run(self, call: Call, line: int, holes: int = 1) -> None:
-        """Execute one cycle where the tool stands, one of so many of a block.
-
-        Raises
-        ------
-        ProgramError
-            With the argument that does not fit.
-        """
+        """Execute one cycle where the tool stands, one of so many of a block."""
         given = read_cycle(call, PARAMETERS[call.name], self.variables)
         hole = _Hole(self.interpreter, given, At(line), holes)
         with self.interpreter.state.follow_exactly():
@@ -320,17 +314,11 @@ class _Hole:
         """Tap without a compensating chuck: in at SST and out at SST1, in one cut, or in several of _DAM."""
         given, to, here = self.given, self.to, self.given.call.column
         check_tapping(to.core, here)
-        seconds, after, pitch = (
-            self._read_seconds("DTB", self.digits[1]),
-            given.read_whole("SDAC", 5),
-            read_pitch(given, self.unit),
-        )
+        seconds, after = self._read_seconds("DTB", self.digits[1]), given.read_whole("SDAC", 5)
+        pitch = read_pitch(given, self.unit)
         speeds = given.number("SST"), given.number("SST1") or given.number("SST")
-        variant, step, back = (
-            given.read_whole("_VARI"),
-            abs(self._read_length("_DAM")),
-            abs(self._read_length("_VRT")) or _CHIP_MM,
-        )
+        variant, step = given.read_whole("_VARI"), abs(self._read_length("_DAM"))
+        back = abs(self._read_length("_VRT")) or _CHIP_MM
         angle = given.number("POSS")
         given.refuse_rest(("_TECHNO", *OF_EDITOR))
         needs = (
