@@ -359,6 +359,17 @@ def test_a_name_without_a_number_is_one_finding(view, call):
     assert [(item.code, item.line) for item in errors] == [("VP012", 2)]
 
 
+def test_of_two_near_names_of_tools_both_are_named(machine):
+    options = Options(dialect="siemens", tools={"MILL_D10": (80.0, 10.0), "MILL_D12": (80.0, 12.0)})
+    (item,) = check(b'G17 G90 G54\nT="MILL_D13" M6\nD1\nG0 X0 Y0 Z60\nM30\n', machine, options).errors
+    assert item.message.endswith("; MILL_D10 or MILL_D12 may be meant")
+    assert [(one.value, one.misspelt, one.is_choice) for one in item.edits] == [
+        ("MILL_D10", "MILL_D13", True),
+        ("MILL_D12", "MILL_D13", True),
+    ]
+    assert item.advice == ""
+
+
 @pytest.mark.parametrize(
     ("row", "said"), [("T1 Z-80", "has the length -80 mm"), ("T1 Z80 X2", "has offsets other than a length (Z)")]
 )
