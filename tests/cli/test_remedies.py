@@ -584,3 +584,14 @@ def test_a_turn_to_a_plane_names_the_line_that_has_its_angles(tmp_path: Path, ru
         assert (f"not tried: {said}" in told.out) == is_told
         if is_told:
             assert said in run("explain", f"{path}:10", *given[1:]).out
+
+
+def test_a_tip_below_the_table_names_the_plane_that_turns_it() -> None:
+    head = "%\nO1\nG90 G94 G17 G21\nT1 M6\nS900 M3\nG54 G0 A0. C0.\nX-20. Y0.\nG43 H1 Z50.\n"
+    cut = "G68.2 X0. Y0. Z0. I0. J-85. K0.\nG53.1\nG0 X0. Y70. Z20.\nG1 Z2. F300.\n"
+    options = vp.Options(tools={1: (80.0, 6.0)}, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
+    found = vp.check(f"{head}{cut}G0 Z40.\nG69\nM30\n%\n", "ac_trunnion", options).findings
+    (item,) = (one for one in found if one.code == "VP210")
+    assert item.message.endswith("; the plane of G68.2 in line 9 turns the table to A-85 C0")
+    (level,) = vp.check(f"{head}G1 Z-70. F300.\nM30\n%\n", "ac_trunnion", options).errors
+    assert (level.code, "plane" in level.message) == ("VP210", False)

@@ -357,7 +357,7 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G150 I5. F9", "VP002", "G12 or G13"), ("G113", "VP002", "G154 P"),
     ("G12 I5. F9", "VP005", "G12 needs D"),
     ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"),
-    ("G54 G254 / G54.1 P3", "VP017", "G255"), ("G68.2 I10 / G54", "VP017", "G69"), ("G888", "VP002", "[remap]"),
+    ("G54 G254 / G54.1 P3", "VP017", "G255"), ("G68.2 I10 / G55", "VP017", "G69"), ("G888", "VP002", "[remap]"),
     ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101", "VP005", "axes"),
     ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
 ])  # fmt: skip

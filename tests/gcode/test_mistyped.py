@@ -62,13 +62,19 @@ def find_errors(run: Callable[..., Any], tmp_path: Path, name: str, lines: str) 
         ("p.nc", "GOO Z12.", "GOO", "G00", 1),
         ("p.nc", "G4 PO", "PO", "P0", 4),
         ("p.h", "PLANE SPATIAL SPA+0 SPB+0 SPCO MOVE", "SPCO", "SPC0", 27),
+        *((name, "G1 X4S. Y2.", "X4S.", "X45.", 4) for name in ("p.nc", "p.ngc", "p.mpf")),
+        *((name, "G1 X-3l. Y2.", "X-3l.", "X-31.", 4) for name in ("p.nc", "p.ngc", "p.mpf")),
+        ("p.h", "L X+4B. Y+2", "X+4B.", "X+48.", 3),
+        ("p.apt", "GOTO/4S.5,0,60", "4S.5", "45.5", 6),
+        ("p.apt", "GOTO/-3l.,0,60", "-3l.", "-31.", 6),
     ],
 )
 def test_a_number_with_another_character(
     run: Callable[..., Any], tmp_path: Path, name: str, line: str, written: str, meant: str, column: int
 ) -> None:
     """One finding, at the word; no other one about the same word, such as that it has no point (VP038)."""
-    what = "a decimal comma" if "," in written else "the letter O"
+    letter = next(one for one, digit in zip(written.replace(" ", ""), meant, strict=True) if one != digit)
+    what = "a decimal comma" if letter == "," else f"the letter {letter}"
     text = f"VP001 error: {written}: {what} in a number; did you mean {meant}?"
     assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}:{column}: {text}"]
 

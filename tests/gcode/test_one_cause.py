@@ -53,6 +53,10 @@ def test_one_cause_is_one_finding(machine, program, wanted):
     assert found(machine, program) == wanted
 
 
+#: Paths are 8 mm apart: more than the diameter of the tool that stands in for one that is not known.
+POCKETS = "D1\nS900 M3 F99\nG0 X0 Y0 Z9\n" + "POCKET4(5,0,2,-6,12,0,0,3,0.1,0.1,600,200,0,21,8,,,4,2,,)\n" * 2
+
+
 @pytest.mark.parametrize(("program", "wanted"), [
     ("G1 X0 Y0 Z0 F1000\nX=IC(10)\nG2 X5 CR=30", [("VP012", 1, 1)]),
     ("G1 X0 Y0 Z0\nX=IC(10)\nG2 X5 CR=30", [("VP009", 1, 1), ("VP012", 2, 2)]),
@@ -62,9 +66,14 @@ def test_one_cause_is_one_finding(machine, program, wanted):
     ("G0 X0 Y0 Z0 A0 C0 D1\nGG1 G1 X9 F9", [("VP001", 2, 2)]),
     ("G0 X0 Y0 Z0 A0 C0\nG1 9 F9 D1\nG2 X5 Y9 CR=1", [("VP001", 2, 2), ("VP012", 3, 3)]),
     ("G0 X0 Y0 Z0 A0 C0 WAITM\nG1 X=IC(4) F100\nCIP X1 I1=4", [("VP002", 1, 1), ("VP012", 2, 2)]),
+    ("M6\nPOCKETS", [("VP041", 1, 1), ("VP012", 5, 5)]),
+    ('T="MILL\nM6\nPOCKETS', [("VP001", 1, 1)]),
+    ('T="MIL"\nM6\nPOCKETS', [("VP012", 1, 1)]),
 ])  # fmt: skip
 def test_a_siemens_block_that_lacks_a_tool_or_f_is_one_finding(machine, program, wanted):
-    findings = check(f"{program}\nM30".encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)})).findings
+    tools = {"MILL": (60.0, 12.0)} if "POCKETS" in program else None
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)
+    findings = check(f"{program.replace('POCKETS', POCKETS)}\nM30".encode(), machine, options).findings
     assert [(item.code, item.line, item.last_line) for item in findings] == wanted
     assert all("G43" not in item.message for item in findings)
 
@@ -348,6 +357,17 @@ def test_a_name_without_a_number_is_one_finding(view, call):
     text = f"G71 G90 G54\n{call}\nG0 X0 Y0 Z50\nG1 Z-1 F500 S1000 M3\nG41 X10 Y10\nX30\nG40 Y40\nM30\n"
     errors = view(text, dialect="siemens", tools=read_tool_table("T1 Z80 D10\n", "t.tbl"))[1]
     assert [(item.code, item.line) for item in errors] == [("VP012", 2)]
+
+
+def test_of_two_near_names_of_tools_both_are_named(machine):
+    options = Options(dialect="siemens", tools={"MILL_D10": (80.0, 10.0), "MILL_D12": (80.0, 12.0)})
+    (item,) = check(b'G17 G90 G54\nT="MILL_D13" M6\nD1\nG0 X0 Y0 Z60\nM30\n', machine, options).errors
+    assert item.message.endswith("; MILL_D10 or MILL_D12 may be meant")
+    assert [(one.value, one.misspelt, one.is_choice) for one in item.edits] == [
+        ("MILL_D10", "MILL_D13", True),
+        ("MILL_D12", "MILL_D13", True),
+    ]
+    assert item.advice == ""
 
 
 @pytest.mark.parametrize(
@@ -1154,7 +1174,7 @@ def test_a_place_beyond_a_turn_is_told(machine, word, right, line):
 
 
 @pytest.mark.parametrize(("dialect", "lines", "wanted"), [
-    ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG54\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
+    ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG55\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
      ("VP017", 9, 1, "a change of work offset under G68; write G69 first")),
     ("fanuc", "G0 Z60.\nG55 G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.",
      ("VP017", 8, 1, "G55 in the block of G68.2: which of the two a control executes first is not known; write G55 "
@@ -1185,9 +1205,10 @@ def test_a_mode_that_was_not_meant_is_one_finding(machine, dialect, lines, wante
     assert item.column == (1 if "first in line" in item.message else at_word)  # at G93, at A
 
 
-def test_the_active_work_offset_may_stand_in_the_block_of_a_plane(view):
-    text = HEADS["fanuc"].format("G54\nG0 Z60.\n{} G68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1\nX5. Y5.\nG69")
-    (with_offset, found), (without, _) = (view(text.format(code), dialect="fanuc") for code in ("G54", ""))
+def test_the_active_work_offset_may_stand_in_the_block_of_a_plane_and_under_it(view):
+    text = HEADS["fanuc"].format("G54\nG0 Z60.\n{} G68.2 X0. Y0. Z5. I0. J25. K0.\n{}\nG53.1\n{}\nX5. Y5.\nG69")
+    codes = (("G54",) * 3, ("",) * 3)
+    (with_offset, found), (without, _) = (view(text.format(*three), dialect="fanuc") for three in codes)
     assert found == ()
     assert (with_offset.end == without.end).all()
     assert with_offset.frames == without.frames

@@ -170,8 +170,10 @@ G84 = "S400 M3\nM29 S{}\nG84 Z-10 R5 F{}"
         ("fanuc", "(T1 TAP, M08)", G84.format(400, "1200."), "3", ""),  # coolant
         ("rs274", "(T1 M8 TAP)", "S400 M3 F5000\nG84 Z-10 R5", "12.5", "M8, whose coarse pitch is 1.25 mm"),
         ("siemens", "; T1 M8 TAP", CYCLE_84.format(125), "125", "M8, whose coarse pitch is 1.25 mm"),
+        ("siemens", "; T1 M8 TAP", f"MCALL {CYCLE_84.format(125)}\nX9\nMCALL", "125", "M8, whose coarse pitch is 1.25"),
         ("siemens", "", CYCLE_84.format(1.25), "1.25", ""),
         ("heidenhain", "", TAP_207.format(pitch="+125"), "125", "tool 1 has a diameter of 8 mm"),
+        ("heidenhain", "", TAP_207.format(pitch=125).replace(" Q2", " ~\n Q2"), "125", "has a diameter of 8 mm"),
         ("heidenhain", "", TAP_207.format(pitch="-1"), "1", ""),
         ("aptcl", "", CL.format(400, "CLW") + TAP_CL.format("DEPTH,10,MMPR,12.5"), "12.5", "a diameter of 8 mm"),
     ],
@@ -186,12 +188,17 @@ def test_a_pitch_that_no_tap_has_is_told(dialect, remark, text, pitch, reason):
     }
     ends = {**ENDS, "rs274": "\nM2"}
     options = Options(dialect=dialect, tapping="feed", tools={1: make_tool(1, 80.0, 8.0)}, wcs={"G54": (0, 0, 90)})
-    found = check(starts[dialect].format(remark) + text + ends[dialect], "ac_trunnion", options).findings
+    source = starts[dialect].format(remark) + text + ends[dialect]
+    found = check(source, "ac_trunnion", options).findings
     (note,) = (item.message for item in found if item.code == "VP047")
-    told = [item.message for item in found if item.code == "VP505"]
+    told = [item for item in found if item.code == "VP505"]
     assert f"each tap ({pitch} mm a turn)" in note
     assert len(told) == bool(reason)
-    assert all(one.startswith(f"{pitch} mm a turn") and reason in one for one in told)
+    assert all(one.message.startswith(f"{pitch} mm a turn") and reason in one.message for one in told)
+    words = {"fanuc": ("F", "F (pitch times S"), "siemens": (pitch, "PIT, value 9"), "heidenhain": ("Q239", "Q239")}
+    for item in told if dialect in words else ():  # under the caret, and in the message
+        assert source.splitlines()[item.line - 1][item.column - 1 :].startswith(words[dialect][0])
+        assert f"; correct {words[dialect][1]}" in item.message
 
 
 @pytest.mark.parametrize(
@@ -227,7 +234,7 @@ def test_a_floating_holder_needs_no_option(view, dialect, text):
         ("siemens", "CYCLE84(20,0,2,-10,,,5,37,,0,300)", "VP007", "MPIT"),
         ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,4)", "VP002", "_PITA"),
         ("siemens", "CYCLE84(20,0,2,-10,,,6,,1,0,300)", "VP005", "CYCLE84 needs SDAC 3, 4 or 5"),
-        ("siemens", "CYCLE84(20,0,2,-10,,,5,,0,0,300)", "VP005", "CYCLE84 needs a pitch (PIT or MPIT)"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,5,,0,0,300)", "VP005", "CYCLE84 needs the pitch (value 9, PIT, or"),
         ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1,0.0001)", "VP007", "cuts"),
         *(
             ("aptcl", CL.format(400, "CLW") + f"CYCLE/TAP,{words}\nGOTO/0,0,0", code, part)

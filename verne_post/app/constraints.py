@@ -4,15 +4,18 @@ import dataclasses
 import re
 from collections.abc import Sequence
 
+import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, build_interpreter_setup
+from verne_post.app.explain_numbers import format_number
 from verne_post.app.height_check import HEIGHT
 from verne_post.app.result import Progress
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import OF_SET_UP, Finding, has_line
+from verne_post.model.moves import AXES
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
 
@@ -48,7 +51,21 @@ def _check_contour(
 
         found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
         found += report_doubtful_units(program.machine, program.options)
-    return bounds, found
+    return bounds, [_name_plane(program, item) for item in found]
+
+
+def _name_plane(program: Program, item: Finding) -> Finding:
+    """VP210 with the tilted plane in which its line moves: its angles may be what is wrong."""
+    if item.code != "VP210":
+        return item
+    moves, rotary = program.moves, list(program.machine.coordinates.rotary)
+    row = int(np.flatnonzero(moves.line == (item.worst_line or item.line or 0))[-1:].sum())
+    plane = next((one for one in reversed(moves.planes) if one.before <= row), None)
+    if plane is None or not plane.word or not np.isfinite(moves.end[row, rotary]).all():
+        return item
+    angles = (f"{AXES[axis]}{format_number(float(moves.end[row, axis]), 4)}" for axis in rotary)
+    text = f"; the plane of {plane.word} in line {plane.line} turns the table to {' '.join(angles)}"
+    return dataclasses.replace(item, message=item.message + text)
 
 
 def _drop_consequences(findings: Sequence[Finding], found: Sequence[Finding]) -> list[Finding]:
@@ -68,7 +85,7 @@ def _drop_consequences(findings: Sequence[Finding], found: Sequence[Finding]) ->
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     """The same for a part of :func:`guard_joints` that belongs to one source line."""
     own = [item for item in program.findings if line in (item.line, *item.lines)]
-    found = check_constraints(joints)[1]
+    found = [_name_plane(program, item) for item in check_constraints(joints)[1]]
     if program.options.stock is not None or any(item.quantity == DEPARTURE for item in own):
         whole = _check_contour(program)[1]
         own = _drop_consequences(own, whole)

@@ -4,10 +4,12 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from verne_post.base.long_text import Text, decode_lines
+from verne_post.base.long_text import Text, decode_lines, take_line
+from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import METRIC_PITCH
 from verne_post.gcode.remarks import find_tool_remarks
+from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import Moves, Tap
 from verne_post.model.options import Options
@@ -20,6 +22,8 @@ _THREAD: Final = re.compile(
 )
 #: Fine threads of a size have a smaller pitch than the coarse one: bounds of it, as shares.
 _OF_COARSE: Final = (0.25, 2.0)
+#: Siemens cycle -> the places of its pitches among the values; the first that is given counts.
+_PITCHES: Final = {"84": (("PIT", 8), ("MPIT", 7)), "840": (("PIT", 10), ("MPIT", 9))}
 #: A floating holder is fed a little less than the pitch that the remark gives.
 _OF_GIVEN: Final = (0.85, 1.15)
 
@@ -35,9 +39,34 @@ def check_pitches(source: Text, moves: Moves, options: Options, from_move: int =
     for tap in taps:
         name = names.get(tap.tool or 0, "")
         if reason := _find_reason(tap, remarks.get(str(tap.tool)) or remarks.get(name) or name, options, names):
-            text = f"{tap.pitch:g} mm a turn is no pitch of this tap: {reason}; correct the pitch, or F and S"
-            where = {"line": tap.line, "last_line": tap.line, "worst_line": tap.line}
+            line = decode_line(take_line(source, tap.line) or b"")  # none of a called file
+            word, column = _find_word(remove_remarks(line, dialect), dialect)
+            text = f"{tap.pitch:g} mm a turn is no pitch of this tap: {reason}; correct {word}"
+            where = {"line": tap.line, "last_line": tap.line, "worst_line": tap.line, "column": column}
             yield make_finding("VP505", text, **where)
+
+
+def _find_word(line: str, dialect: str) -> tuple[str, int | None]:
+    """What gives the pitch in a line of a program, in words of its language, and its column."""
+    by_speed = " (pitch times S)"
+    if dialect == "heidenhain":
+        found = re.search(r"Q0*(239|206)[ \t]*=", line, re.IGNORECASE)
+        word = f"Q{found[1]}{by_speed if found[1] == '206' else ''}" if found else "Q239"
+        return word, found and found.start() + 1
+    if dialect == "siemens":
+        call = re.search(r"CYCLE(84|840)[ \t]*\(([^()]*)", line, re.IGNORECASE)
+        if call is None:
+            return "PIT or MPIT", None
+        values = call[2].split(",")
+        for name, at in _PITCHES[call[1]]:
+            if (value := "".join(values[at : at + 1])).strip(" \t+-0."):
+                before = sum(len(one) + 1 for one in values[:at]) + len(value) - len(value.lstrip())
+                return f"{name}, value {at + 1} of CYCLE{call[1]}", call.start(2) + before + 1
+        return f"F{by_speed}", None
+    if dialect == "aptcl":
+        return "the pitch", None
+    found = re.search(r"F[ \t]*(?=[-+.\d#\[=])", line, re.IGNORECASE)
+    return "F (pitch times S; under G95, the pitch)", found and found.start() + 1
 
 
 def _find_reason(tap: Tap, remark: str, options: Options, names: dict[int, str]) -> str:

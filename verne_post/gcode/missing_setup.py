@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.printable import quote_key
-from verne_post.base.suggestions import find_meant, list_near_numbers, name_near_numbers
+from verne_post.base.suggestions import MAY_BE_MEANT, find_meant, list_near_numbers, name_near_numbers
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_PLACE, At, ProgramError
 from verne_post.gcode.setup import Setup
@@ -176,13 +176,18 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         # the name may stand in a word, whose quotes stay
         is_behind_words = " " in call.replace(name, "")
         near = f"; did you mean {other if is_behind_words else call.replace(name, other)}?" if other else ""
+        edits: tuple[Remedy, ...] = ()
+        alike = [one for one in numbers if len(one) == len(name) and sum(map(str.__ne__, one, name)) == 1]
+        if len(alike) > 1:  # as FRAESER_D10 and FRAESER_D12 are for FRAESER_D13
+            near = f"; {' or '.join(alike)}{MAY_BE_MEANT}"
+            edits = tuple(Remedy(f"write {one}", one, misspelt=name, is_choice=True) for one in alike)
         text = (
             f"{call}: no tool of this name is given; write it under [tools] of the set-up, or give its number in a "
             f"tool table under [{dialect}.tools] of the settings file{near}"
         )
-        error = ProgramError("VP012", text, column, settled_by=("tools", name, "length"))
+        error = ProgramError("VP012", text, column, settled_by=("tools", name, "length"), edits=edits)
         error.cause = f"tools.{name}"  # of TOOL DEF and TOOL CALL one finding
-        raise error
+        raise error.advise("" if near else None)
     else:
         number = next(
             (given for given, other in names.items() if other == name),

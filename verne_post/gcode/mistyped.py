@@ -54,13 +54,19 @@ _Q_AND_L: Final = re.compile(r"(?<![A-Za-z_])((?:[A-Z][-+]?)?Q)(l)(?!\w)")
 #: An address, and a small L and O that stand for 1 and 0, with no digit before them.
 _LETTERS: Final = re.compile(r"(?<![A-Za-z_])([XYZABCFIJKR][ \t]*)([-+]?(?:lO[lO\d]*|ll[lO]*O))(?![\w])")
 #: A value of an expression or a list that such letters begin, or end, as in R1=l0, 2*10l and SIN lO.
-_VALUE: Final = re.compile(r"(?<=[=(\[,+\-*/^<> \t])()((?=[\d.]*[lOo])[lOo\d]*\.?[lOo\d]*)(?![\w.(\[])")
+_VALUE: Final = re.compile(
+    r"(?<=[=(\[,+\-*/^<> \t])(?<![ \t\d][XYZABCIJKUVW][-+])()((?=[\d.]*[lOo])[lOo\d]*\.?[lOo\d]*)(?![\w.(\[])"
+)
 _BEFORE_VALUE: Final = re.compile(
     r"[=(\[,+\-*/^<>]\s*\Z|\b(?:A?(?:SIN|COS|TAN)|SQ|SQRT|ABS|INT|FRAC|NEG|LN|LOG|EXP|DIV|MOD)\s+\Z"
 )
 #: Numbers with characters that look like a digit, or like the point: as soon as one fits, it says what is meant.
 _ALIKE: Final = (_LETTER_O, _COMMA, _COMMA_FIRST, _LETTERS, _LETTER_L, _Q_AND_L, _VALUE)
 MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", "l": "1", ",": "."})
+#: The digits that letters in a number look like.
+DIGITS_ALIKE: Final = str.maketrans("OolLSsBbZz", "0011558822")
+#: A letter like a digit before a point that ends its number, where it begins no word.
+_LETTER_BEFORE_POINT: Final = re.compile(rf"{_ADDRESS}([-+]?\d+)([SBZL])\.(?![\w.])", re.IGNORECASE)
 #: G83O for G83: G codes of three digits are those of Siemens.
 _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
 #: M8O where M80 has no meaning: those of one digit have one in every language.
@@ -109,7 +115,7 @@ _WRONG_ORDER: Final = (
         "the sign before its letter",
         r"\2\1\3",
     ),
-    (re.compile(r"(?<![A-Za-z_])([A-Z][-+]?\d+)[lI](\.)(?![\w.])"), "a letter in a number", r"\g<1>1\2"),
+    (re.compile(r"(?<![A-Za-z_])([A-Z][-+]?\d+)I(\.)(?![\w.])"), "a letter in a number", r"\g<1>1\2"),
     (re.compile(r"(?<=[-+*/=])(\d+),(?=[ \t]*(?:[(;\]]|$))"), COMMA_BEHIND, r"\1."),
 )
 #: What follows a program number is read as a word of RS274/NGC.
@@ -475,6 +481,10 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
             is_word = match[1].strip().upper() not in _COMPARISONS
             if match.start() <= at <= match.end() and is_word:
                 return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
+    for match in _LETTER_BEFORE_POINT.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
+        if match.start() <= at <= match.end():
+            right = f"{''.join(match[1].split())}{match[2]}{match[3].translate(DIGITS_ALIKE)}."
+            return _report(match, f"the letter {match[3]} in a number", right)
     if dialect == "fanuc" and (block := _NUMBER_OF_BLOCK.match(line)) and block.start(2) <= at <= block.end():
         right = block.expand(r"\1\2 \3")
         return (

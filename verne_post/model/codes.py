@@ -478,13 +478,16 @@ CODES: Final[dict[str, Code]] = _make_table(
      "set-up or the program. Or a rapid goes down below every cut of its tool, mostly to a height with the wrong "
      "sign. Or no cut comes into the stock, which may stand elsewhere: its numbers are read from the table unless it "
      "has a system. Or the set-up was written for another machine, where places and lengths may count from other "
-     "points. "
+     "points. The pitch of a tap is in doubt where it exceeds the diameter of the tool or 8 mm, is below 0.15 mm, or "
+     "is not that of the thread in the remark of the tool. M8X1 there allows 0.85 to 1.15 times 1 mm, and M8 alone "
+     "0.25 to 2 times its coarse pitch, 1.25 mm. "
      "It is an error where a program cuts with 200 mm a turn (G95) or more, where it exceeds the travel in "
      "inches but not in mm, and where it touches a mesh that fits on the table only in mm. Then the limits that "
      "the program breaks, or contacts with the mesh, are not listed. `verne-post explain` names limits of a line.",
      "Compare a value of a file with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; "
-     "`verne-post machine validate` prints how long moves take. Correct a value of the program there. No action is "
-     "needed if the value is meant."),
+     "`verne-post machine validate` prints how long moves take. Correct a value of the program there. For a set-up of "
+     "another machine, give --machine NAME, or measure places and lengths anew. No action is needed if the value is "
+     "meant."),
     ("VP506", "unusable mesh", "error",
      "A mesh is no STL file, or has an implausible size for its unit. Or it is not the surface of a body: it is "
      "open, flipped or inside out.",

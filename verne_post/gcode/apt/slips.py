@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.apt.statements import Statement, is_number
 from verne_post.gcode.apt.words import NUMBERS_OF, WORDS_OF
-from verne_post.gcode.mistyped import MEANT_CHARACTERS
+from verne_post.gcode.mistyped import DIGITS_ALIKE
 from verne_post.gcode.program_error import ProgramError, write_words
 
 #: Longer words are no slips.
@@ -17,7 +17,9 @@ _LONGEST: Final = 40
 #: Words of the longest statement that is looked at.
 _MOST_WORDS: Final = 20
 #: A number with letters that look like digits.
-_MISTYPED_NUMBER: Final = re.compile(r"[-+]?(?=\D*\d)(?=[\d.]*[Ool])[\dOol]*\.?[\dOol]*$")
+_MISTYPED_NUMBER: Final = re.compile(
+    r"[-+]?(?:(?=\D*\d)[\d.]*([Ool])[\dOol]*\.?[\dOol]*|\d[\d.]*([SBZ])[\dSBZ]*\.?[\dSBZ]*)$"
+)
 _HEAD: Final = re.compile(r"[A-Za-z]+")
 #: What may stand in place of a slash or a comma.
 _OTHER_SIGNS: Final = re.compile(r"[ \t]*[.,;:/\\]?[ \t]*")
@@ -40,10 +42,11 @@ class _Reading(NamedTuple):
 def correct_number(statement: Statement) -> tuple[ProgramError, Statement] | None:
     """The error of the first word that is a number but for letters like digits, and the statement with that number."""
     for at, word in enumerate(statement.words):
-        if _MISTYPED_NUMBER.match(word):
-            words = (*statement.words[:at], word.translate(MEANT_CHARACTERS), *statement.words[at + 1 :])
-            error = ProgramError("VP001", f"{statement.major}: {word!r} is not a number", _find_column(statement, at))
-            return error, replace(statement, words=words)
+        if match := _MISTYPED_NUMBER.match(word):
+            right = word.translate(DIGITS_ALIKE)
+            text = f"{word}: the letter {match[1] or match[2]} in a number; did you mean {right}?"
+            words = (*statement.words[:at], right, *statement.words[at + 1 :])
+            return ProgramError("VP001", text, _find_column(statement, at)), replace(statement, words=words)
     return None
 
 

@@ -46,6 +46,7 @@ class KlartextCycles:
         self.milling = KlartextMilling(frames, contour)
         self.threads = KlartextThreads(self.milling)
         self.holes = 1
+        self.pitch_line: int | None = None  #: As in :class:`Thread`.
 
     @contextmanager
     def expect_holes(self, count: int) -> Iterator[None]:
@@ -57,12 +58,7 @@ class KlartextCycles:
             self.holes = 1
 
     def run_cycle(self, number: int, q: _Q) -> None:
-        """One hole, pocket or stud at the present place.
-
-        Raises
-        ------
-        ProgramError
-        """
+        """One hole, pocket or stud at the present place."""
         self.waiting.refuse("a cycle call")
         self.frames.refuse_beside(f"cycle {number}")
         self.core.require_known(self.frames.block, [0, 1], f"cycle {number}")
@@ -284,7 +280,7 @@ class KlartextCycles:
         """206: with a floating tap holder; the spindle turns back at the bottom."""
         self._need_spindle(206)
         feed = q[Q.PLUNGE_FEED] * self.frames.unit
-        note_tapping(self.core, self.frames.block, feed / self.state.spindle_speed)
+        note_tapping(self.core, self.frames.block, feed / self.state.spindle_speed, self.pitch_line)
         clear, surface = self._start_height(q)
         backwards = self.state.spindle_reversed
         self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
@@ -300,24 +296,17 @@ class KlartextCycles:
         209 breaks the chip each Q257, back by Q256 pitches or out of the hole, and goes out Q403 times as fast.
         """
         check_tapping(self.core)
-        speed, pitch, bottom, step = (
-            self.state.spindle_speed,
-            q[Q.PITCH],
-            q[Q.SURFACE] + q[Q.DEPTH],
-            q.get(Q.CHIP_DEPTH, 0.0),
-        )
-        if (
-            not speed
-            or not pitch
-            or step < 0
-            or q.get(Q.CHIP_RETRACT, 0.0) < 0
-            or not 0 < q.get(Q.RETRACT_FACTOR, 1.0) <= _MOST_FASTER
-        ):
-            raise ProgramError(
-                "VP007",
-                "rigid tapping needs the speed S, Q239 other than 0, Q257 and Q256 not below 0, and Q403 up to "
-                f"{_MOST_FASTER}",
-            )
+        speed, pitch = self.state.spindle_speed, q[Q.PITCH]
+        bottom, step = q[Q.SURFACE] + q[Q.DEPTH], q.get(Q.CHIP_DEPTH, 0.0)
+        if not pitch:
+            raise ProgramError("VP007", "Q239=0: a thread has a pitch; write its mm a turn, below 0 for left-hand")
+        for name in (Q.CHIP_DEPTH, Q.CHIP_RETRACT):
+            if q.get(name, 0.0) < 0:
+                raise ProgramError("VP007", f"Q{name}={q[name]:g}: it is not negative; write {-q[name]:g}")
+        if not 0 < (factor := q.get(Q.RETRACT_FACTOR, 1.0)) <= _MOST_FASTER:
+            raise ProgramError("VP007", f"Q403={factor:g}: the tap goes out up to {_MOST_FASTER:g} times as fast")
+        if not speed:
+            raise ProgramError("VP007", "rigid tapping needs the speed of the spindle; write S in TOOL CALL")
         clear, surface = self._start_height(q)
         before = self.state.spindle_on, self.state.spindle_reversed
         places, depth = list[float](), surface - step
@@ -328,7 +317,8 @@ class KlartextCycles:
             depth -= step
         if Q.SPINDLE_ANGLE in q:
             self._stop_oriented(q[Q.SPINDLE_ANGLE])
-        thread = Thread(abs(pitch) * self.frames.unit, pitch < 0, speed, speed * q.get(Q.RETRACT_FACTOR, 1.0))
+        speeds = speed, speed * factor
+        thread = Thread(abs(pitch) * self.frames.unit, pitch < 0, *speeds, line=self.pitch_line)
         tap(self.core, self.frames.block, thread, (*places, bottom, clear), self._go_at_feed, before)
         self._leave(q, clear)
 

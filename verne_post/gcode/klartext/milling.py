@@ -55,10 +55,7 @@ class KlartextMilling:
     def run(self, number: int, q: _Q) -> None:
         """Execute a cycle, and lift the tool to the second set-up clearance over the place where it began.
 
-        Raises
-        ------
-        ProgramError
-            Before the first move.
+        ProgramError: Before the first move.
         """
         self._check_values(number, q)
         start, clear = (

@@ -235,6 +235,8 @@ class KlartextPatterns:
         q = self.cycle.q if not z else {**self.cycle.q, Q.SURFACE: self.cycle.q[Q.SURFACE] + z}
         if not any(q.get(name, -1.0 if name == Q.DEPTH else 0.0) for name in _DEPTHS):
             self._warn_of_depth(self.cycle)
+        pitch = {206: Q.PLUNGE_FEED, 207: Q.PITCH, 209: Q.PITCH}.get(self.cycle.number)
+        self.cycles.pitch_line = None if pitch is None else self._find_place(self.cycle, pitch)[0]
         try:
             self.cycles.run_cycle(self.cycle.number, q)
         except ProgramError as error:
@@ -243,10 +245,8 @@ class KlartextPatterns:
 
     def _warn_of_depth(self, cycle: DefinedCycle) -> None:
         """VP007, once a definition: controls skip a cycle whose depth is 0."""
-        line, column = self.frames.block.line, None
-        for definition in cycle.definitions:
-            if (at := find_parameter(definition, Q.DEPTH)) is not None:
-                line, column = definition.find_place(at)
+        own_line, column = self._find_place(cycle, Q.DEPTH)
+        line = own_line or self.frames.block.line
         if (self.core.recorder.lines.find_own(line), "VP007") not in self.core.recorder.warnings:
             text = f"Q201=0: the control does not run cycle {cycle.number} with depth 0; write the depth, below 0"
             self.core.recorder.warn("VP007", text, line, column, "warning")
@@ -254,13 +254,18 @@ class KlartextPatterns:
     def _move_to_definition(self, cycle: DefinedCycle, error: ProgramError) -> None:
         """An error about the value of one parameter stands where the cycle has it; more calls would only repeat it."""
         value = _VALUE_AT_FAULT.match(error.message)
-        if value is None:
-            return
+        line, column = self._find_place(cycle, int(value[1])) if value else (None, None)
+        if line is not None:
+            error.line, error.column = line, column
+            error.of_program = self.cycle_unread = True
+
+    @staticmethod
+    def _find_place(cycle: DefinedCycle, parameter: int) -> tuple[int | None, int | None]:
+        """Line and column where the program gives a parameter of a cycle; None where no finding can name them."""
         for definition in cycle.definitions:
-            if (at := find_parameter(definition, int(value[1]))) is not None:
-                error.line, error.column = definition.find_place(at)
-                error.of_program = self.cycle_unread = True
-                return
+            if (at := find_parameter(definition, parameter)) is not None:
+                return definition.find_place(at)
+        return None, None
 
     def call_cycles(self, *, has_moved: bool, is_retract: bool = False) -> None:
         """What M99 and M89 ask for at the end of a block; M89 also after every block that has moved."""

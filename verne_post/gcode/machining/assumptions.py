@@ -9,6 +9,9 @@ from verne_post.gcode.missing_setup import ASSUMED_TOOL
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import FIRST_NAMED_TOOL
 
+#: Number of a tool whose call was not readable: no table has it.
+UNREAD_TOOL = FIRST_NAMED_TOOL - 1
+
 
 def assume_feed(state: State) -> None:
     """Any feed rate will do."""
@@ -64,8 +67,8 @@ def assume_only_tool(state: State) -> None:
 
 def assume_tool_call(state: State) -> None:
     """A tool has been called, and is in the spindle."""
-    assume_tools(state, [FIRST_NAMED_TOOL])
-    state.selected_tool = state.loaded_tool = FIRST_NAMED_TOOL
+    assume_tools(state, [UNREAD_TOOL])
+    state.selected_tool = state.loaded_tool = UNREAD_TOOL
 
 
 def assume_homes(state: State) -> None:

@@ -26,6 +26,7 @@ class Thread(Struct, frozen=True):
     speed_in: float
     speed_out: float
     dwell: float = 0.0  #: At the bottom, s.
+    line: int | None = None  #: Where the program gives the pitch, if not in the block that taps.
 
 
 #: Pitch of ISO coarse threads, mm: size M -> pitch.
@@ -52,10 +53,10 @@ def check_tapping(core: Machining, column: int | None = None) -> None:
         )
 
 
-def note_tapping(core: Machining, at: At, pitch: float | None = None) -> None:
+def note_tapping(core: Machining, at: At, pitch: float | None = None, line: int | None = None) -> None:
     """Keep the pitch of a thread, and say (VP047) what the control must do where tapping is feed moves.
 
-    ``pitch`` is in mm; None where feed rate and speed in force make it.
+    ``pitch`` is in mm, and given in a ``line``; None where feed rate and speed in force make it, in the block.
     """
     recorder, state = core.recorder, core.state
     if pitch is None:
@@ -66,7 +67,7 @@ def note_tapping(core: Machining, at: At, pitch: float | None = None) -> None:
     if key in recorder.taps:
         return
     before = _describe_coupling(tap.pitch for tap in recorder.taps.values())
-    recorder.taps[key] = Tap(recorder.lines.find_own(at.line), recorder.count, *key)
+    recorder.taps[key] = Tap(recorder.lines.find_own(line or at.line), recorder.count, *key)
     if core.setup.tapping == "feed":
         text = _describe_coupling(tap.pitch for tap in recorder.taps.values())
         key_of_note = next((one for one, item in recorder.warnings.items() if item.code == "VP047"), None)
@@ -111,7 +112,7 @@ def tap(
         Whether the spindle turns then, and counter-clockwise; at the speed of before.
     """
     auxiliary, before = core.auxiliary, core.state.spindle_speed
-    note_tapping(core, at, thread.pitch)
+    note_tapping(core, at, thread.pitch, thread.line)
     with core.keep_feed():
         core.set_feed_mode(FeedMode.PER_MINUTE, keep_feed=True)
         for number, place in enumerate(places):

@@ -141,10 +141,7 @@ class Tools:
     def find_offset(self, at: At, number: int) -> Vector9:
         """The offset of a tool; of the one in the spindle for 0.
 
-        Raises
-        ------
-        ProgramError
-            VP012: the tool is not known; VP007: this machine cannot use its offset.
+        ProgramError VP012: the tool is not known; VP007: this machine cannot use its offset.
         """
         state = self.state
         if self.setup.tool_length is not None:
@@ -313,10 +310,7 @@ class Tools:
     def find_diameter(self, at: At, number: int, instead: str) -> float:
         """Diameter of a tool in mm; ``instead`` is what may be done without the tool table.
 
-        Raises
-        ------
-        ProgramError
-            VP012: it is not known.
+        ProgramError VP012: it is not known.
         """
         state = self.state
         name = describe_tool_number(number, state.tool_names)

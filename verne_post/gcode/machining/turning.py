@@ -1,6 +1,5 @@
 """Motion of machine axes: while the table turns, the tip follows a curve on the part, and unnamed linear axes stand."""
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Final
@@ -196,10 +195,10 @@ def warn_of_curve(core: Machining, line: int, end: Sequence[float], code: str) -
             f"the axes of the machine go straight, and the tip follows a curve on the part; write {code} before if it "
             "is to go straight there"
         )
-        # G43.4 needs H, and takes the place of G43
-        instead = Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True)
-        edits = (instead,) if code == "G43.4" else write_before(code, line=line)
-        edits = tuple(dataclasses.replace(edit, is_choice=True) for edit in edits)
+        edits = write_before(code, line=line, is_choice=True)
+        if code == "G43.4":  # it needs H, and takes the place of G43
+            text_of_edit, word = "write G43.4 instead of G43", ("G", 43.0)
+            edits = (Remedy(text_of_edit, "43.4", line=line, word=word, is_above=True, is_choice=True),)
         core.recorder.warn("VP037", text, line, None, edits=edits, advice="")
 
 
@@ -217,7 +216,7 @@ def warn_of_late_tcp(core: Machining, cut: int, line: int, code: str) -> None:
             f"the machine there; write {code} before this cut and before the tilt, if places of the part are "
             "meant"
         )
-        core.recorder.warn("VP037", text, cut, None, advice="")
+        core.recorder.warn("VP037", text, cut, None, edits=write_before(code, line=cut, is_choice=True), advice="")
 
 
 def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], why: str, remedy: str) -> None:

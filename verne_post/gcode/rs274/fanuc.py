@@ -559,8 +559,8 @@ class FanucInterpreter(Rs274):
         else:
             system = ADDITIONAL_SYSTEMS + self.fanuc_offsets.find_additional(block)
             del block.words["P"]  # and no dwell of a cycle
-        if self.modes.follows_table and system == self.state.frame.system:
-            return system  # posts for Haas write the work offset in force again after G254
+        if system == self.state.frame.system:
+            return system  # nothing changes: posts write the work offset in force again, those for Haas after G254
         self.planes.refuse_under_plane("a change of work offset", block.line)
         if self.modes.maps is not NO_MAPS:
             raise ProgramError(

@@ -97,10 +97,7 @@ class Arguments(Struct):
 def read_cycle(call: Call, names: Sequence[str], variables: Variables) -> Arguments:
     """Read the arguments of a call by the names that the cycle gives them.
 
-    Raises
-    ------
-    ProgramError
-        VP005: more than the cycle has.
+    ProgramError VP005: more than the cycle has.
     """
     given = read_argument_values(call.arguments or (), variables)
     if len(given) > len(names):

@@ -71,10 +71,7 @@ class ContourMilling:
     def run(self, call: Call, line: int) -> None:
         """Execute one of them.
 
-        Raises
-        ------
-        ProgramError
-            Before the first move, but for a contour that the tool cannot follow (VP026).
+        ProgramError: Before the first move, but for a contour that the tool cannot follow (VP026).
         """
         given = read_cycle(call, PARAMETERS[call.name], self.executor.variables)
         if call.name == "CYCLE62":

@@ -50,10 +50,7 @@ class SiemensCorners:
     def begin_block(self, words: Words, modes: Modes) -> None:
         """A block after a waiting one continues the contour, or the corner is left out, as on the control.
 
-        Raises
-        ------
-        ProgramError
-            VP017: it goes on with the contour, and does something else as well.
+        ProgramError VP017: it goes on with the contour, and does something else as well.
         """
         calls = words.calls or words.user_names
         if (
@@ -115,10 +112,7 @@ class SiemensCorners:
     def pass_turn(self) -> None:
         """The table turns beside the contour, where there is no corner to round.
 
-        Raises
-        ------
-        ProgramError
-            VP017: the block has one.
+        ProgramError VP017: the block has one.
         """
         corner, self._corner = self._corner, None
         if corner is not None and corner.name != "RNDM":

@@ -45,13 +45,7 @@ class Drilling:
         self.interpreter, self.variables = interpreter, variables
 
     def run(self, call: Call, line: int, holes: int = 1) -> None:
-        """Execute one cycle where the tool stands, one of so many of a block.
-
-        Raises
-        ------
-        ProgramError
-            With the argument that does not fit.
-        """
+        """Execute one cycle where the tool stands, one of so many of a block."""
         given = read_cycle(call, PARAMETERS[call.name], self.variables)
         hole = _Hole(self.interpreter, given, At(line), holes)
         with self.interpreter.state.follow_exactly():
@@ -304,7 +298,7 @@ class _Hole:
         with to.core.keep_feed():
             if pitch and encoder == 0 and to.state.feed_mode == FeedMode.PER_MINUTE:
                 to.core.set_feed(pitch * to.state.spindle_speed)
-            note_tapping(to.core, self.block)
+            note_tapping(to.core, self.block, line=given.call.line)
             self._go(self.clear, rapid=True)
             self._go(self.bottom, rapid=False)
             to.core.auxiliary.switch_spindle(self.block, on=True, backwards=not backwards)
@@ -320,21 +314,15 @@ class _Hole:
         """Tap without a compensating chuck: in at SST and out at SST1, in one cut, or in several of _DAM."""
         given, to, here = self.given, self.to, self.given.call.column
         check_tapping(to.core, here)
-        seconds, after, pitch = (
-            self._read_seconds("DTB", self.digits[1]),
-            given.read_whole("SDAC", 5),
-            read_pitch(given, self.unit),
-        )
+        seconds, after = self._read_seconds("DTB", self.digits[1]), given.read_whole("SDAC", 5)
+        pitch = read_pitch(given, self.unit)
         speeds = given.number("SST"), given.number("SST1") or given.number("SST")
-        variant, step, back = (
-            given.read_whole("_VARI"),
-            abs(self._read_length("_DAM")),
-            abs(self._read_length("_VRT")) or _CHIP_MM,
-        )
+        variant, step = given.read_whole("_VARI"), abs(self._read_length("_DAM"))
+        back = abs(self._read_length("_VRT")) or _CHIP_MM
         angle = given.number("POSS")
         given.refuse_rest(("_TECHNO", *OF_EDITOR))
         needs = (
-            (bool(pitch), "a pitch (PIT or MPIT)"),
+            (bool(pitch), "the pitch (value 9, PIT, or value 8, MPIT, as 8 for M8)"),
             (min(speeds) > 0, "SST greater than 0"),
             (after in (3, 4, 5), "SDAC 3, 4 or 5"),
         )
@@ -352,7 +340,7 @@ class _Hole:
             below += step
         self._go(self.clear, rapid=True)
         to.core.auxiliary.orient_spindle(self.block, angle)
-        thread = Thread(abs(pitch), pitch < 0, *speeds, seconds)
+        thread = Thread(abs(pitch), pitch < 0, *speeds, seconds, given.call.line)
         go = partial(self._go, rapid=False)
         tap(to.core, self.block, thread, (*places, self.bottom, self.clear), go, (after != 5, after == 4))
         self._go(self.retract, rapid=True)

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.assumptions import (
+    UNREAD_TOOL,
     add_length,
     assume_feed,
     assume_length,
@@ -248,8 +249,6 @@ class Executor:
         state = self.interpreter.state
         assume_feed(state)
         assume_turning_spindle(state)
-        if code == "VP012" and not state.selected_tool:
-            assume_tool_call(state)
         with add_length(state, then=code == "VP012"), suppress(ProgramError):
             self.interpreter.run(words)
 
@@ -275,7 +274,10 @@ class Executor:
             forget_change_of_length(state)
         follows |= self.has_unread_value and error.code == "VP009"
         follows |= self.has_unread_tool and error.code == "VP012" and "no tool is in the spindle" in error.message
+        follows |= state.loaded_tool == UNREAD_TOOL and error.settled_by[2:] == ("diameter",)
         self.has_unread_tool |= error.code == "VP001" and _TOOL.search(text) is not None
+        if error.code == "VP012" and not state.selected_tool:
+            assume_tool_call(state)
         follows |= self.has_unread_plane and error.code == "VP017" and "CYCLE800" in error.message
         self.has_unread_plane |= "CYCLE800" in text
         # where it would have turned the rotary axes, a tool still points as they stood

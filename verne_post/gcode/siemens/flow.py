@@ -87,13 +87,7 @@ class Flow:
     # --- one line -------------------------------------------------------------------------------------------
 
     def step(self, raw: bytes) -> None:
-        """Execute the next line.
-
-        Raises
-        ------
-        ProgramError
-            With the column of what cannot be executed.
-        """
+        """Execute the next line."""
         text, line, moves = self.calls.text, self.calls.line, self.executor.move_count
         self.calls.line += 1
         item = split_line(raw)

@@ -35,10 +35,7 @@ class FrameValues:
     def assign(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> None:
         """Read the value of a frame, and set a variable to it.
 
-        Raises
-        ------
-        ProgramError
-            VP001 and others where it is no frame; VP002 for work offsets that mirror, scale or tilt.
+        ProgramError VP001 and others where it is no frame; VP002 for work offsets that mirror, scale or tilt.
         """
         value, to = self._read(cursor), self.to
         to.splines.end_spline()

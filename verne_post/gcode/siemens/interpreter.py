@@ -63,13 +63,7 @@ class SiemensInterpreter:
         return self.motion.modes
 
     def run(self, words: Words) -> bool:
-        """Execute one block without its calls; True where axes were named, after which a modal call comes.
-
-        Raises
-        ------
-        ProgramError
-            With the column of what cannot be executed.
-        """
+        """Execute one block without its calls; True where axes were named, after which a modal call comes."""
         block = At(words.line, {name: word.column for name, word in words.words.items()})
         self.motion.has_feed = False
         for name, _column in words.no_effect:

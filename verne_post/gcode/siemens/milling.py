@@ -54,13 +54,7 @@ class SiemensMilling:
         self._strokes_left = MAX_STROKES
 
     def run(self, call: Call, line: int, *, is_modal: bool = False) -> None:
-        """Execute one cycle; a modal one where the tool stands.
-
-        Raises
-        ------
-        ProgramError
-            Before the first move, with the value that does not fit.
-        """
+        """Execute one cycle; a modal one where the tool stands."""
         given, at, to = read_cycle(call, PARAMETERS[call.name], self.variables), At(line), self.to
         with to.core.keep_feed(), to.state.follow_exactly():
             work = _Work(MillingValues(to, given, at), is_modal=is_modal)

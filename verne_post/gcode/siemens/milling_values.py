@@ -13,6 +13,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, check_depths
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.model.moves import AXES, FeedMode
+from verne_post.model.part_setup import describe_tool_number
 
 _HEIGHTS: Final = ("RTP", "RFP", "SDIS", "DP")
 _WAYS: Final = ("SDIS", "DP1", "FDP", "FDP1", "LP1", "LP2")
@@ -203,9 +204,9 @@ class MillingValues:
         if number == 0 and selections and not selections[-1].is_loaded:
             raise report_unloaded(selections[-1], "the first feed move")
         if number == 0 or not to.modes.edge:
-            raise ProgramError(
-                "VP012", f"{self.name} needs a tool with its radius: T, M6 and D1", self.given.call.column
-            )
+            why = f"needs the radius of {describe_tool_number(number, to.state.tool_names)}: write D1 before it"
+            text = f"{self.name} {why}" if number else f"{self.name}: {to.core.tools.explain_empty_spindle()}"
+            raise ProgramError("VP012", text, self.given.call.column).advise("")
         return 0.5 * to.core.tools.find_diameter(self.at, number, "")
 
     def refuse_digits(self, name: str, value: int, allowed_digits: Iterable[int], what: str) -> int:
@@ -277,7 +278,7 @@ class MillingValues:
         width = given.number("MIDA") if "MIDA" in given.names else 0.0
         step = width / 100.0 * diameter if self.digits[1] else width * self.unit
         if width < 0 or step >= diameter:
-            raise given.error(
+            raise (width >= 0 and self.to.core.tools.report_stand_in(self.at)) or given.error(
                 "VP007", f"MIDA {width:g}: paths are less than the diameter of the tool apart, {diameter:g} mm", "MIDA"
             )
         return step or _SHARE_OF_DIAMETER * diameter

@@ -293,10 +293,7 @@ class SiemensText(ProgramText):
     def structure(self) -> Structure:  # type: ignore[override]
         """Which lines belong together.
 
-        Raises
-        ------
-        ProgramError
-            VP023, with its line: something is closed that is not open, or never closed.
+        ProgramError VP023, with its line: something is closed that is not open, or never closed.
         """
         structure, open_words = Structure(), list[tuple[str, int, int]]()
         line, at = 1, 0

@@ -217,7 +217,7 @@ def refuse_r(cursor: Cursor, at: int) -> ProgramError:
 def refuse_l(cursor: Cursor, at: int) -> ProgramError | None:
     """The error of N1l0, in which L0 would be a word; None where the L begins a word, as in n10l20."""
     match, digits = _BEFORE_L.search(cursor.text[:at]), NUMBER.match(cursor.text, at + 1)
-    rest = "" if digits is None else digits[0]
+    rest = cursor.text[at + 1 : at + 2].strip("(;, \t") if digits is None else digits[0]
     if cursor.text[at] != "l" or match is None or (rest and not re.search("[A-Z]", cursor.text)):
         return None
     written_text = f"{match[0]}l{rest}"

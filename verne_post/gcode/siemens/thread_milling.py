@@ -17,10 +17,7 @@ _SENSES: Final = {2: -1, 3: 1}
 def list_thread_strokes(values: MillingValues) -> Iterator[Stroke]:
     """Strokes of a thread about 0, in local coordinates, mm.
 
-    Raises
-    ------
-    ProgramError, MillingError
-        Values that are no thread, or into which the tool does not fit.
+    ProgramError, MillingError: Values that are no thread, or into which the tool does not fit.
     """
     given = values.given
     outside = given.read_whole("TYPTH")

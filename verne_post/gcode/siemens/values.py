@@ -57,13 +57,7 @@ Index = int | str
 
 
 def read_value(cursor: Cursor, names: Names, depth: int = 0) -> Value:
-    """Read an expression up to where it ends.
-
-    Raises
-    ------
-    ProgramError
-        With the column of what does not fit.
-    """
+    """Read an expression up to where it ends. ProgramError: With the column of what does not fit."""
     return _Reader(cursor, names, depth).read_level(0)
 
 

@@ -203,13 +203,7 @@ class WordReader:
         self._never_set: set[int] = set()  #: R parameters that only a word without its value has named.
 
     def read(self, cursor: Cursor, line: int) -> Words:
-        """Read the rest of a line.
-
-        Raises
-        ------
-        ProgramError
-            With the column of what does not fit, or is not executed.
-        """
+        """Read the rest of a line. ProgramError: With the column of what does not fit, or is not executed."""
         words = Words(line)
         while not cursor.is_at_end:
             self._read_word(cursor, words)
