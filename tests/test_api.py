@@ -271,15 +271,21 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
     given = vp.Options(tools={"MILL": (112.5, 12), "5": 80, 3: 70}, wcs={"G54": (0, 0, 60)}, dialect="siemens")
     assert sorted(given.tools or {})[:2] == [3, 5]
     assert given.changed(tools={"MILL": 90}).control == given.control
-    for one in (given, given.changed(air=0)):
+    for one in (given, given.changed(air=0), given.changed(control={"siemens": {"start": "G71"}})):
         summary = vp.check(text, "verne", one).summary
         assert summary is not None
         assert summary.tools == (("MILL", 112.5),)
     Path(f"{program}.toml").write_text("[tools]\nMILL = { length = 70 }\n", encoding="utf-8")
-    assert vp.check(program, "verne", vp.Options(tools={"DRILL": 60}, wcs=given.wcs)).findings[0].code == "VP012"
+    (finding,) = vp.check(program, "verne", vp.Options(tools={"DRILL": 60}, wcs=given.wcs)).findings
+    assert (finding.code, "give it in tools" in finding.message, "set-up" in finding.message) == ("VP012", True, False)
     summary = vp.check(program, "verne", vp.Options(tools={"DRILL": 60, "MILL": 99}, wcs=given.wcs)).summary
     assert summary is not None
     assert summary.tools == (("MILL", 99.0),)
+    Path(f"{program}.toml").write_text("[tools]\nDRILL = { length = 60 }\nMILL = { length = 70 }\n", encoding="utf-8")
+    shapes = {"MILL": [vp.Cylinder("cutter", 10, 40)]}  # has the number that the set-up counts
+    body = {"wcs": given.wcs, "stock": vp.Box("stock", (-50, -50, -20), (50, 50, 5))}
+    without, told = (vp.check(program, "verne", vp.Options(tool_shapes=one, **body)) for one in ({}, shapes))
+    assert ["MILL" in one.unchecked for one in (without, told)] == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -287,6 +293,9 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
     [
         (lambda: vp.Options(tools={"MILL": -80}), 'tool "MILL": the length -80 is negative'),
         (lambda: vp.Options(tools={"5": 80, 5: 80}), "there is a tool 5 already"),
+        (lambda: vp.Options(tools={" ": 80}), "' ' is neither the number nor the name of a tool"),
+        (lambda: vp.Options(tool_shapes={"": [vp.Cylinder("cutter", 6)]}), "'' is neither the number nor the name"),
+        (lambda: vp.Options(tool_shapes={"MILL": []}), 'tool_shapes: tool "MILL": expected a sequence of Cylinder'),
         (lambda: vp.Tool(1, 1, 80), r"80: expected nine numbers.*tools=\{1: 80\}"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 1, (0.0, 0.0, 80.0)), "expected nine numbers"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 80), r"Tool: missing .*'offset'; expected Tool\(number, pocket, .*tools=\{1: 80\}.*, mm"),

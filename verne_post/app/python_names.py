@@ -14,6 +14,7 @@ from typing import Any, Final, ParamSpec, TypeVar, get_args
 from msgspec import structs
 
 from verne_post.base.type_words import list_alternatives
+from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
 from verne_post.model.options import OPTIONS, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK
@@ -53,6 +54,16 @@ _PHRASES: Final = {
     "or into a folder of --subroutine-path": "or give its text in subroutines",
     "see verne-post machine list": "see list_machines()",
     "verify reads what --format csv writes": "verify reads what to_csv() writes",
+    "write it under [tools] of the set-up": "give it in tools",
+    **{
+        f"or give its number in a tool table under [{one}.tools] of the settings file": (
+            f'or its number in control={{"{one}": {{"tools": {{NAME: NUMBER}}}}}}'
+        )
+        for one in NAMING_TOOLS
+    },
+    "the tools of a nearer set-up, or a tool table, replace all of that table": (
+        "tools of the options, or of a nearer set-up, replace all of that table"
+    ),
     "no [keep_out.NAME]": "no keep_out",
     "no [stock]": "no stock",
 }

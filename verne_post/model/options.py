@@ -54,6 +54,7 @@ from verne_post.model.part_setup import (
     NominalPart,
     OwnStock,
     Tool,
+    ToolShape,
     WorkOffset,
     choose_number_or_name,
     list_setup_names,
@@ -78,12 +79,14 @@ if TYPE_CHECKING:
 
     # a key is a number or a name: the type of keys is invariant, and unions of mappings spoil those of values
     HeldTools = Converted[dict[int, Tool] | None, Mapping[Any, Tool | float | tuple[float, float]] | None]
+    HeldShapes = Converted[dict[int, ToolShape], Mapping[Any, Sequence[Cylinder]]]
     _Offset = WorkOffset | tuple[float, ...]
     HeldOffsets = Converted[
         dict[int, WorkOffset], Mapping[int, _Offset] | Mapping[str, _Offset] | Mapping[str | int, _Offset]
     ]
 else:
     HeldTools = dict[int, Tool] | None
+    HeldShapes = dict[int, Any]
     HeldOffsets = dict[int, WorkOffset]
 
 
@@ -424,15 +427,15 @@ class Options:
         ),
     ] = None
     tool_shapes: Annotated[
-        dict[int, Any],
+        HeldShapes,
         Checked(check_shapes),
         _describe_unlisted(
-            "Cutter, shank and holder of the tools, by number.",
+            "Cutter, shank and holder of the tools, by number or name.",
             Group.SAFETY,
             Changes.CHECKS,
-            takes=Mapping[int, Sequence[Cylinder]],
+            takes=Mapping[int | str, Sequence[Cylinder]],
         ),
-    ] = field(default_factory=dict)
+    ] = field(default_factory=dict)  # type: ignore[arg-type]
     part: Annotated[
         NominalPart | None,
         Checked(check_part),
@@ -624,6 +627,9 @@ class Options:
         ------
         UsageError
         """
+        if "control" in values:  # tools given by name keep it
+            counted = {name: n for n, name in list_setup_names(self.control).items() if n >= FIRST_NAMED_TOOL}
+            values["control"] = _add_names(check_value("control", values["control"]), counted)
         return Options(**{**self.__dict__, **values})
 
     # --- what other packages derive from them ---
@@ -661,37 +667,46 @@ class Options:
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
 
 
+#: Options whose keys are tools, by number or name.
+_OF_TOOLS: Final[Mapping[str, Callable[[Any], Any]]] = {"tools": check_tools, "tool_shapes": check_shapes}
+
+
 def _number_named_tools(given: dict[str, Any]) -> dict[str, Any]:
     """Options whose tools have numbers, and each language the names of those that have only a name.
 
     As of [tools] in a set-up. A name that ``control`` gives for any language keeps its number.
     """
-    tools, control = given.get("tools"), given.get("control", {})
-    if not isinstance(tools, Mapping) or not any(isinstance(key, str) for key in tools):
+    tables = {name: given[name] for name in _OF_TOOLS if isinstance(given.get(name), Mapping)}
+    if not any(isinstance(key, str) for table in tables.values() for key in table):
         return given
-    control = check_value("control", control)
+    control = check_value("control", given.get("control", {}))
     known = {name: number for number, name in list_setup_names(control).items()}
-    numbered: dict[Any, Any] = {}
     names: dict[str, int] = {}
-    for key, tool in tools.items():
-        number: Any = key
-        if isinstance(key, str) and key.isdecimal():
-            number = int(key)
-        elif isinstance(key, str):
-            after = 1 + max([FIRST_NAMED_TOOL - 1, *known.values(), *names.values()])
-            given_number = tool.number if isinstance(tool, Tool) and type(tool.number) is int else 0
-            number = names[key] = given_number or known.get(key, after)
-            try:
-                check_tools({number: tool})
-            except ValueError as error:
-                raise UsageError("tools", str(error).replace(f"tool {number}", f'tool "{key}"')) from None
-        if number in numbered:
-            raise UsageError("tools", f"{key!r}: there is a tool {number} already")
-        numbered[number] = tool
-    for dialect in NAMING_TOOLS if names else ():
-        keys = control.get(dialect, {})
-        control = {**control, dialect: {**keys, "tools": {**keys.get("tools", {}), **names}}}
-    return {**given, "tools": numbered, "control": control}
+    numbered: dict[str, Any] = {}
+    for option, table in tables.items():
+        numbered[option] = {}
+        for key, tool in table.items():
+            number: Any = key
+            if isinstance(key, str) and key.isdecimal():
+                number = int(key)
+            elif isinstance(key, str) and key.strip():
+                after = 1 + max([FIRST_NAMED_TOOL - 1, *known.values(), *names.values()])
+                own = tool.number if isinstance(tool, Tool) and type(tool.number) is int else 0
+                number = names[key] = own or names.get(key) or known.get(key, after)
+                try:
+                    _OF_TOOLS[option]({number: tool})
+                except ValueError as error:
+                    raise UsageError(option, str(error).replace(f"tool {number}", f'tool "{key}"')) from None
+            if number in numbered[option]:
+                raise UsageError(option, f"{key!r}: there is a tool {number} already")
+            numbered[option][number] = tool
+    return {**given, **numbered, "control": _add_names(control, names)}
+
+
+def _add_names(control: Mapping[str, Mapping[str, Any]], names: Mapping[str, int]) -> dict[str, Any]:
+    """The option ``control`` with the numbers of tools by name for each language that calls tools by names."""
+    own = {dialect: control.get(dialect, {}) for dialect in NAMING_TOOLS if names}
+    return {**control, **{one: {**keys, "tools": {**keys.get("tools", {}), **names}} for one, keys in own.items()}}
 
 
 class Option(Struct, frozen=True):
