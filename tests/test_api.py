@@ -523,7 +523,7 @@ def test_a_printed_result_is_a_few_lines(part: Path) -> None:
     source = "G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X\nX1O\nG999\nG2 X5\nM2\n"
     bad = vp.check(source, "verne", vp.Options(tool_length=80))
     assert len(bad.findings) > 3
-    first, *shown, last = str(bad).splitlines()
+    first, *shown, last = (line for line in str(bad).splitlines() if not line.startswith("    = "))
     assert first == "refused: unusable program on VERNE"
     error = bad.findings[0]
     assert shown[0] == f"line {error.line}: {error.code} error: {error.message}"
@@ -537,7 +537,10 @@ def test_a_result_has_the_causes_that_the_commands_print() -> None:
     bad = vp.check(source, "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
     counted = [one for cause in bad.causes for one in (cause.first, *cause.others)]
     assert len(counted) == len(bad.findings) > len(bad.causes)
-    assert f"\n{bad.causes[0].first}\n" in f"{bad}\n"
+    first = bad.causes[0]
+    helps = [f"also {first.describe_others()}", *(f"tried: {one}" for one in first.first.remedies)]
+    assert f"{first}".splitlines() == [str(first.first), *(f"    = {one}" for one in helps)]
+    assert str(first) in str(bad)
     assert not [text for one in bad.findings for text in one.remedies if "was found" in text]
     said = vp.check("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 Z-300 F90\nM2\n", "verne", vp.Options(tool_length=80)).errors
     assert {one.remedy for one in said if one.code == "VP210"} == {"Raise the work offset (wcs), or use a longer tool."}
@@ -783,6 +786,18 @@ def test_a_finding_prints_as_one_line() -> None:
     assert str(first) in str(result)
     other = dataclasses.replace(first, file="tools.tbl", file_line=7)
     assert str(other).startswith("tools.tbl:7: VP101 error: ")
+
+
+def test_a_finding_of_a_called_file_has_the_file_and_line_of_json(tmp_path: Path) -> None:
+    program = tmp_path / "main.nc"
+    program.write_text("O1\nG21 G90\nG0 X0 Y0 Z50 A0 C0\nM98 P2000\nM30\n", encoding="utf-8")
+    for line, code in (("G1 Z-900 F500", "VP210"), ("G1 X1O", "VP001")):
+        (tmp_path / "O2000.nc").write_text(f"O2000\nG0 Z20\n{line}\nM99\n", encoding="utf-8")
+        result = vp.check(program, "ac_trunnion", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
+        first = result.causes[0].first
+        assert (first.code, first.file, first.file_line, first.line) == (code, "O2000.nc", 3, 4)
+        assert str(first).startswith(f"line 4: {code} error: O2000.nc, line 3: ")
+        assert f"{code} line 4" in repr(api.Batch((api.BatchRow(program, result),)))
 
 
 def test_a_finding_shows_what_is_given_and_findings_are_a_table() -> None:

@@ -18,7 +18,7 @@ from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
 from verne_post.model.options import OPTIONS, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK
-from verne_post.output.findings import choose_remedy
+from verne_post.output.findings import OF_FILE, choose_remedy
 from verne_post.toolpath.work_offset import Aim
 
 #: Options of commands that the table does not have -> the argument that has what they say.
@@ -175,6 +175,7 @@ def _name_within(thing: Any) -> Any:
             changed[key] = _WITH_TEXTS[key](value)
     if isinstance(thing, Finding):
         changed["advice"] = name_in_python(choose_remedy(thing))
+        changed |= {} if thing.called is None else dict(zip(OF_FILE, thing.called, strict=True))
     if not changed:
         return thing
     return dataclasses.replace(thing, **changed) if is_plain else structs.replace(thing, **changed)

@@ -133,9 +133,10 @@ class Finding:
     edits : tuple of Remedy
         What is to be written into the program or its set-up.
     file, file_line : str and int, or None
-        The file, other than the program, in which the mistake stands, and its line there, from 1.
+        The file, other than the program, in which the words stand, and their line there, from 1. Of a file that the
+        program calls in ``line`` the functions of Python give them; inside, ``called`` has them.
     file_column, file_text : int or None, and str
-        The column of a key or value in this line, from 1, and the line itself; None and empty where they are not known.
+        The column in this line, from 1, and the line itself; None and empty where they are not known.
     settled_by : tuple of tuple of str
         Keys of a set-up that would remove the finding: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
     tool : int or None
@@ -150,8 +151,7 @@ class Finding:
         What helps in this case, in place of what the code says; INPUT stands for the program. Empty where the message
         has it. The functions of Python give every finding its own: read ``remedy``.
     called : CalledPlace or None
-        The ``file``, ``line`` and ``column`` (None where it is not known) in a file that the program calls in its own
-        ``line``, where the mistake stands there.
+        File, line and column of a called file.
     names_lines : bool
         The message names the lines of several stretches.
     """
@@ -188,7 +188,7 @@ class Finding:
     def __str__(self) -> str:
         """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
         name = "" if self.file is None else self.file if self.file_line is None else f"{self.file}:{self.file_line}"
-        line = self.line if self.file is None else None
+        line = self.line if self.file is None or self.called is not None else None
         return (f"line {line}: " if line is not None else f"{name}: " if name else "") + describe(self)
 
     @property
