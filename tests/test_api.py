@@ -22,8 +22,10 @@ import verne_post as vp
 from verne_post import api
 from verne_post.app.python_names import _ARGUMENTS, name_in_python
 from verne_post.cli import arithmetic
+from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_PLACE
 from verne_post.model import machine as machine_model
 from verne_post.model import options
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Findings
 
 from .builders import load_maker
@@ -774,6 +776,18 @@ def test_a_proposal_goes_into_options() -> None:
     assert there.ok
     assert there.summary is not None
     assert there.summary.time_s == proposal.seconds
+
+
+def test_what_helps_is_said_in_words_of_python() -> None:
+    """No command, no option of one, and no file beside a program, which a text has not."""
+    texts = [code.remedy for code in CODES.values()] + [FILL_IN_LENGTH, GIVE_PLACE.format("G54")]
+    said = [name_in_python(text) for text in texts]
+    assert not [
+        text for text in said if re.search(r"verne-post |INPUT|(?<!\w)--[a-z]|\[(?:tools|wcs|remap)\]|\.toml", text)
+    ]
+    assert name_in_python("turn the part: `verne-post fit m/x19.nc --machine verne` does") == "turn the part: fit does"
+    (lacking,) = vp.check("G21 G90\nT1 M6\nG43 H1 G0 X0 Y0 Z20 A0 C0\nM30\n", "verne").errors
+    assert lacking.remedy == "Give the length in tools, or in the set-up."
 
 
 def test_a_finding_prints_as_one_line() -> None:

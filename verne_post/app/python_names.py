@@ -40,8 +40,38 @@ _ARGUMENTS: Final = {
     "--grid": "grid",
     "range": "ranges",
 }
-#: What only a command line can do -> what Python does instead.
+#: What only a command line can do, or files beside a program say -> what Python does instead; the longer ones first.
 _PHRASES: Final = {
+    "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give": "Give",
+    "Fill in the length in INPUT.toml, which verne-post setup INPUT writes.": (
+        "Give the length in tools, or in the set-up."
+    ),
+    "Fill in the diameter in INPUT.toml, which verne-post setup INPUT writes, or give a tool table with D "
+    "(--tool-table FILE).": "Give length and diameter in tools, or in the set-up.",
+    "Fill in its meaning in INPUT.toml, or": "Give its meaning in remap or in the set-up, or",
+    "; verne-post setup INPUT writes a missing entry": "",
+    "Fill in tool_length, mm, in INPUT.toml": "Give tool_length, mm",
+    "under [tools] in INPUT.toml, or in the tool table": "in tools, or in the set-up",
+    ", which verne-post setup INPUT writes, or give --wcs:": ":",
+    ", which verne-post setup INPUT writes": "",
+    "If INPUT.toml gives": "If the set-up gives",
+    "with the program INPUT; VERNE_POST_TRACEBACK=1 verne-post check INPUT shows where it happened": (
+        "with the program; VERNE_POST_TRACEBACK=1 in the environment shows where it happened"
+    ),
+    "again with verne-post convert": "again, with convert and to_csv()",
+    "verne-post machine list prints the machines by name": "list_machines() has the machines by name",
+    ", and `verne-post machine show` prints a valid file": "",
+    "; `verne-post machine validate` prints how long moves take": "",
+    " (--ignore VP037)": "",
+    "the message and --csv of machined name": "the message names",
+    'give [fanuc] directions = "machine"': 'give control={"fanuc": {"directions": "machine"}}',
+    "[remap] of the set-up, or of verne-post.toml,": "remap",
+    "--tool-table instead, or [tools] of the set-up (`verne-post setup` writes it), without": "tools instead, without",
+    " (which has no tool_length then), or give --tool-table FILE": ", or give it in tools",
+    "into the set-up, or give --tool-table FILE": "into the set-up, or give it in tools",
+    "in [tools] of the set-up": "in tools",
+    "(--wcs, [wcs])": "(wcs)",
+    "in [remap]": "in remap",
     "give it first on the command line": "give it as source",
     "verify and machined read it first: verne-post verify FILE --against PROGRAM": "give it to verify as setpoints",
     "give it with --machine": "give it as machine",
@@ -67,7 +97,12 @@ _PHRASES: Final = {
     "no [keep_out.NAME]": "no keep_out",
     "no [stock]": "no stock",
 }
+_COMMAND: Final = re.compile(r"`verne-post (\w+)[^`]*`")
 _PHRASE: Final = re.compile("|".join(r"(?: |\n +)".join(map(re.escape, one.split(" "))) for one in _PHRASES))
+#: Where the place of a work system belongs in the file of the set-up.
+_IN_FILE: Final = re.compile(
+    r"(?:Fill in wcs\.(\S+) in INPUT\.toml|Write (\S+) = \[x, y, z\] under \[wcs\] of INPUT\.toml)"
+)
 #: The last line of what is said of a line that cannot be executed.
 _SHOWS_ALL: Final = re.compile(
     r"^(the program has \d++ other errors?, .*: )verne-post check .* shows all$", re.MULTILINE
@@ -102,7 +137,9 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
 def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
-    text = _PHRASE.sub(lambda found: _PHRASES[" ".join(found.group().split())], text)
+    text = _IN_FILE.sub(lambda found: f"Give {found[1] or found[2]} in wcs, or in the set-up", text)
+    text = _PHRASE.sub(lambda found: _PHRASES[re.sub(r"\n +", " ", found.group())], text)
+    text = _COMMAND.sub(r"\1", text)
     return replace_options(_SHOWS_ALL.sub(r"\1check shows all", text), _list_names, _assign)
 
 

@@ -148,8 +148,7 @@ class Finding:
     contact : three float, or None
         Tip in the table frame, mm, where the contact with the stock (VP216) begins in ``line``.
     advice : str or None
-        What helps in this case, in place of what the code says; INPUT stands for the program. Empty where the message
-        has it. The functions of Python give every finding its own: read ``remedy``.
+        What helps in this case, in place of what the code says; empty where the message has it. Read ``remedy``.
     called : CalledPlace or None
         File, line and column of a called file.
     names_lines : bool
@@ -193,7 +192,7 @@ class Finding:
 
     @property
     def remedy(self) -> str:
-        """What helps in general, as JSON has it; empty where the message says it. INPUT stands for the program."""
+        """What helps in general, as JSON has it; empty where the message says it."""
         return CODES[self.code].remedy if self.advice is None else self.advice
 
     @property
