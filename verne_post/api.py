@@ -30,7 +30,6 @@ from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
-from verne_post.base.file_kinds import describe_kind
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
@@ -178,14 +177,14 @@ def _judge(
 
     ``raised`` are the errors of functions of the caller, which are raised again.
     """
-    source, options, _setup, settings = program
+    source, options, *_others = program
     try:
-        text, chosen = _read_program(*program)
+        text, chosen, read = _read_program(*program)
     except UsageError:
         raise
     except Exception as error:
         return _name_result(_refuse(error, source), source, options)
-    loaded = _load_machine(machine, settings)
+    loaded = _load_machine(machine, read)
     try:
         result = run(text, loaded, chosen)
     except UsageError:
@@ -229,10 +228,10 @@ def explain(
     if isinstance(line, bool) or not isinstance(line, int) or line < 0:
         raise UsageError("line", f"{line!r}: expected the number of a source line, from 1, or 0 for the approach")
     try:
-        text, chosen = _read_program(source, options, setup, settings)
+        text, chosen, read = _read_program(source, options, setup, settings)
     except InputError as error:
         return _list_findings(line, error, str(source) if isinstance(source, os.PathLike) else "program")
-    loaded = _load_machine(machine, settings)
+    loaded = _load_machine(machine, read)
     try:
         return explain_source(text, loaded, chosen, line)
     except InputError as error:
@@ -272,8 +271,8 @@ def verify(
         The file or the program cannot be read.
     """
     rows = _decode_setpoints(setpoints)
-    text, chosen = _read_program(source, options, setup, settings)
-    loaded = _load_machine(machine, settings)
+    text, chosen, read = _read_program(source, options, setup, settings)
+    loaded = _load_machine(machine, read)
     program = assemble(text, loaded, chosen)
     name, blocks = _read_setpoints(setpoints, rows, program)
     verdict = verify_setpoints(program, blocks)
@@ -349,8 +348,8 @@ def machined(
     ):
         if word not in allowed:
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
-    text, chosen = _read_program(source, options, setup, settings)
-    program = assemble(text, _load_machine(machine, settings), chosen)
+    text, chosen, read = _read_program(source, options, setup, settings)
+    program = assemble(text, _load_machine(machine, read), chosen)
     shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
     rows = list(blocks)
     if not rows:
@@ -398,11 +397,11 @@ def fit(
     ------
     InputError
     """
-    text, chosen = _read_program(source, options, setup, settings)
+    text, chosen, read = _read_program(source, options, setup, settings)
     allowed = check_ranges(free, {} if ranges is None else ranges)
     if aim not in get_args(Aim):
         raise UsageError("aim", f"{aim!r}: expected one of {', '.join(get_args(Aim))}")
-    loaded = _load_machine(machine, settings)
+    loaded = _load_machine(machine, read)
     found = propose(text, loaded, chosen, free, allowed, aim=aim)
     return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
@@ -638,11 +637,11 @@ def make_report(
 
     with name_missing("jupyter_threejs_sage", "report"):
         importlib.import_module("jupyter_threejs_sage")
-    settings = take_settings(settings)
-    loaded = _load_machine(machine, settings)
+    read = take_settings(settings)
+    loaded = _load_machine(machine, read)
     seen = []
     for one in (source, *([] if versus is None else [versus])):
-        text, chosen = _read_program(one, options, setup, settings)
+        text, chosen, _read = _read_program(one, options, setup, read)
         seen.append((chosen.source_name, text, loaded, study(text, loaded, chosen)))
     page = make_page(*seen[0]) if versus is None else write_comparison((make_side(*seen[0]), make_side(*seen[1])))
     outcomes = "; ".join(format_outcome(name, each.findings, 0, loaded) for name, _text, _machine, each in seen)
@@ -654,8 +653,8 @@ def make_report(
 
 def _read_program(
     source: Source, options: Options | None, setup: Setup, settings: SettingsLike
-) -> tuple[Text, Options]:
-    """The text of a program, and its options; a path brings its subprograms and its set-up."""
+) -> tuple[Text, Options, Settings | None]:
+    """The text of a program, its options and its settings; a path brings its subprograms and its set-up."""
     if options is not None and not isinstance(options, Options):
         raise UsageError("options", f"expected Options, got {type(options).__name__}")
     chosen = options or Options()
@@ -666,18 +665,15 @@ def _read_program(
         raise UsageError("tool_length", why)
     text = _read(source, "source")
     path = Path(source) if isinstance(source, os.PathLike) else None
-    if text.startswith(b"t_s,"):
-        raise make_input_error("VP022", describe_kind(text[:], "a program", "this" if path is None else str(path)))
-    chosen = lay_over_setup(chosen, path, setup, settings)
+    read = take_settings(settings)
+    chosen = lay_over_setup(chosen, path, setup, read)
     if path is None:
-        return text, chosen
+        return text, chosen, read
     found, files = collect_subprograms(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())
     files = {name: file for name, file in files.items() if name not in chosen.subroutines}
-    return text, chosen.changed(
-        subroutines={**found, **chosen.subroutines},
-        subroutine_files={**files, **chosen.subroutine_files},
-        source_name=str(path),
-    )
+    called = {**found, **chosen.subroutines}
+    named = {**files, **chosen.subroutine_files}
+    return text, chosen.changed(subroutines=called, subroutine_files=named, source_name=str(path)), read
 
 
 def _name_result(result: Result, source: Source, options: Options | None, machine: Machine | None = None) -> Result:
@@ -744,13 +740,12 @@ def _read_setpoints(setpoints: Setpoints | Source, rows: str, program: Program) 
     return name, read_csv(io.StringIO(rows), name, program.machine.columns, program.cycle, drives)
 
 
-def _load_machine(machine: MachineLike | None, settings: SettingsLike) -> Machine:
+def _load_machine(machine: MachineLike | None, read: Settings | None) -> Machine:
     """The machine that is given, or else that of the settings."""
     if isinstance(machine, Machine):
         return machine
     if machine is not None:
         return config.load_machine(machine)
-    read = take_settings(settings)
     return config.load_machine() if read is None else config.load_machine(read.machine)
 
 
