@@ -12,6 +12,7 @@ import io
 import math
 import os
 import re
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
@@ -40,7 +41,7 @@ from verne_post.config.setup_values import Setup, lay_over_setup, take_settings
 from verne_post.config.subprograms import collect_subprograms
 from verne_post.model.findings import Finding, InputError, UsageError, make_input_error
 from verne_post.model.machine import Machine
-from verne_post.model.option_checks import check_ranges
+from verne_post.model.option_checks import check_ranges, convert_from_numpy
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.setpoints import SetpointBlock
@@ -225,6 +226,7 @@ def explain(
     UsageError
         The program has no such line.
     """
+    line = convert_from_numpy(line)
     if isinstance(line, bool) or not isinstance(line, int) or line < 0:
         raise UsageError("line", f"{line!r}: expected the number of a source line, from 1, or 0 for the approach")
     try:
@@ -335,12 +337,16 @@ def machined(
         A file or the program cannot be read, or a tool has no shape.
     UsageError
     """
-    given = {"gouge": gouge, "excess": excess, "grid": grid, "search": search}
-    for name, value in given.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-            raise UsageError(name, f"{value!r}: expected mm above 0")
-    if not 0 <= distance < math.inf:
-        raise UsageError("distance", f"{distance!r}: expected mm, 0 or more")
+    sizes = {"gouge": gouge, "excess": excess, "grid": grid, "search": search}
+    given = {name: convert_from_numpy(value) for name, value in sizes.items()}
+    for name, value in {**given, "distance": distance}.items():
+        least = 0 if name == "distance" else sys.float_info.min
+        if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value < math.inf:
+            raise UsageError(name, f"{value!r}: expected mm{', 0 or more' if name == 'distance' else ' above 0'}")
+    if not isinstance(fixtures, list | tuple) or any(
+        not isinstance(one, list | tuple) or len(one) != 2 for one in fixtures
+    ):
+        raise UsageError("fixtures", f"{fixtures!r}: expected (file, system) of each, as [(Path('vise.stl'), 'G54')]")
     for key, word, allowed in (
         *(("system", one, ("table", *SYSTEM_NUMBERS)) for one in (system, *(place for _file, place in fixtures))),
         ("unit", unit, UNITS),
@@ -525,6 +531,10 @@ def batch(
         one = f"Path({os.fsdecode(programs)!r})"
         several = f'sorted({one}.glob("*.nc"))' if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
         raise UsageError("programs", f"expected several paths, as {several}")
+    if not isinstance(programs, Iterable):
+        raise UsageError("programs", f"expected several paths, got {type(programs).__name__}")
+    if folder is not None and (not isinstance(folder, str | os.PathLike) or Path(folder).is_file()):
+        raise UsageError("folder", f"{folder!r}: expected a pathlib.Path of a folder")
     paths = [Path(_require_path(one)) for one in programs]
     read = take_settings(settings)
     loaded = _load_machine(machine, read)
@@ -640,8 +650,8 @@ def make_report(
     read = take_settings(settings)
     loaded = _load_machine(machine, read)
     seen = []
-    for one in (source, *([] if versus is None else [versus])):
-        text, chosen, _read = _read_program(one, options, setup, read)
+    for what, one in (("source", source), *([] if versus is None else [("versus", versus)])):
+        text, chosen, _settings = _read_program(one, options, setup, read, what)
         seen.append((chosen.source_name, text, loaded, study(text, loaded, chosen)))
     page = make_page(*seen[0]) if versus is None else write_comparison((make_side(*seen[0]), make_side(*seen[1])))
     outcomes = "; ".join(format_outcome(name, each.findings, 0, loaded) for name, _text, _machine, each in seen)
@@ -652,7 +662,7 @@ def make_report(
 
 
 def _read_program(
-    source: Source, options: Options | None, setup: Setup, settings: SettingsLike
+    source: Source, options: Options | None, setup: Setup, settings: SettingsLike, what: str = "source"
 ) -> tuple[Text, Options, Settings | None]:
     """The text of a program, its options and its settings; a path brings its subprograms and its set-up."""
     if options is not None and not isinstance(options, Options):
@@ -663,7 +673,7 @@ def _read_program(
         lengths = ", ".join(f"{length:g}" for length in sorted(other))
         why = f"{chosen.tool_length:g} mm for all tools, but tools gives {lengths} mm; give one of the two"
         raise UsageError("tool_length", why)
-    text = _read(source, "source")
+    text = _read(source, what)
     path = Path(source) if isinstance(source, os.PathLike) else None
     read = take_settings(settings)
     chosen = lay_over_setup(chosen, path, setup, read)
@@ -705,7 +715,9 @@ def _read(source: Source, what: str) -> Text:
     if isinstance(source, LongText):
         return source
     kinds = "Setpoints, bytes" if what == "setpoints" else "bytes"
-    raise UsageError(what, f"expected {kinds}, text or a path, got {type(source).__name__}")
+    inside = "; pass its read()" if hasattr(source, "read") else ""
+    inside = "; pass its setpoints" if what == "setpoints" and isinstance(source, Result) else inside
+    raise UsageError(what, f"expected {kinds}, text or a path, got {type(source).__name__}{inside}")
 
 
 def _read_mesh(file: object, what: str) -> bytes:

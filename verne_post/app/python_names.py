@@ -13,6 +13,7 @@ from typing import Any, Final, ParamSpec, TypeVar, get_args
 
 from msgspec import structs
 
+from verne_post.base.suggestions import find_meant
 from verne_post.base.type_words import list_alternatives
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
@@ -121,9 +122,12 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
     @wraps(function)
     def call(*arguments: _P.args, **named: _P.kwargs) -> _T:
-        for name in named:
-            if name in OPTIONS and name not in takes:
-                raise UsageError(name, f"an option of the program: pass options=Options({name}=...)")
+        for name in named.keys() - takes.keys():
+            meant = find_meant(name, (*takes, *OPTIONS)) if name not in OPTIONS else name
+            if meant in OPTIONS and meant not in takes:
+                raise UsageError(name, f"an option of the program: pass options=Options({meant}=...)")
+            near = f"did you mean {meant}?" if meant else f"the arguments are {', '.join(takes)}"
+            raise UsageError(name, f"no such argument; {near}")
         try:
             return _name_within(function(*arguments, **named))
         except UsageError as error:
@@ -231,6 +235,7 @@ _WITH_TEXTS: Final[Mapping[str, Callable[[Any], Any]]] = {
     **dict.fromkeys(("message", "text", "working"), name_in_python),
     "remedies": lambda remedies: _name_in_each(list_found(remedies)),
     "notes": _name_in_each,
+    "unchecked": name_in_python,
     **dict.fromkeys(("findings", "edits"), _name_within_each),
     **dict.fromkeys(("summary", "part", "verification"), _name_within),
     "describe": lambda describe: partial(_describe_in_python, describe),

@@ -577,7 +577,9 @@ class Options:
                 raise UsageError("options", f"{nameless[0]!r} has no name; write for example Options(tool_length=80)")
             for name in given:
                 if name not in OPTIONS:
-                    begun = [one for one in OPTIONS if one.startswith(name)]
+                    flag = f"--{name.replace('_', '-')}"  # as on the command line
+                    begun = [one for one in OPTIONS if spell_flag(one) == flag] or _OTHER_NAMES.get(name, [])
+                    begun = begun or [one for one in OPTIONS if one.startswith(name)]
                     near = f"; did you mean {begun[0]}?" if len(begun) == 1 else suggest(name, OPTIONS)
                     raise UsageError(name, f"there is no such option{near}")
             given = _number_named_tools(given)
@@ -667,6 +669,13 @@ class Options:
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
 
 
+#: Other words for options -> what they mean.
+_OTHER_NAMES: Final = {
+    "work_offsets": ["wcs"],
+    "work_offset": ["wcs"],
+    "fixtures": ["keep_out"],
+    "tool_table": ["tools"],
+}
 #: Options whose keys are tools, by number or name.
 _OF_TOOLS: Final[Mapping[str, Callable[[Any], Any]]] = {"tools": check_tools, "tool_shapes": check_shapes}
 
@@ -846,6 +855,7 @@ def check_value(name: str, value: Any) -> Any:
 
 def _make_refusal(name: str, value: object, reason: str) -> UsageError:
     shown = repr(value)
+    reason = reason.removesuffix(f", got {shown}")
     return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason}")
 
 
