@@ -793,6 +793,17 @@ def test_a_proposal_goes_into_options() -> None:
     assert there.summary.time_s == proposal.seconds
 
 
+def test_the_snippets_of_the_page_run_as_pasted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs" / "api.md").read_text("utf-8").partition("## Functions")[0]
+    exec("\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), {})
+    said = capsys.readouterr().out
+    assert (said.count("can run on VERNE"), "6 VP110 out of reach" in said, "refused" in said) == (2, True, False)
+    assert Path("axes-1.csv").stat().st_size > 1000
+
+
 def test_what_helps_is_said_in_words_of_python() -> None:
     """No command, no option of one, and no file beside a program, which a text has not."""
     texts = [code.remedy for code in CODES.values()] + [FILL_IN_LENGTH, GIVE_PLACE.format("G54")]

@@ -799,7 +799,11 @@ def _describe_option(name: str) -> list[str]:
     ]
     bounds = (describe_bounds(strip_bounds(one)[1]) for one in list_alternatives(option.kind))
     size = f"{next(filter(None, bounds), '')} {shown.unit}".strip()
-    facts = (shown.help, size and f"{size[0].upper()}{size[1:]}.", "" if flag == name else f"Command line: ``{flag}``.")
+    facts = (
+        shown.help,
+        "" if size in shown.help else f"{size[0].upper()}{size[1:]}.",
+        "" if flag == name else f"Command line: ``{flag}``.",
+    )
     return [
         f"    {name} : {_MODULES.sub('', ' or '.join(words))}, default {option.default()!r}",
         *wrap(
