@@ -940,7 +940,7 @@ def test_help_shows_every_option_with_type_default_and_meaning() -> None:
         assert getattr(vp.Options(**{name: shown[name].default}), name) == option.default()
         assert shown[name].annotation is not inspect.Parameter.empty
         assert f" {name} : " in text, name
-        assert " ".join(option.about.help.replace("|", " ").split()) in text, name
+        assert " ".join(name_in_python(option.about.help).replace("|", " ").split()) in text, name
     assert (
         "tool_length : float, default None Length from the gauge line to the tip, for the whole program; default: "
         "that of each tool. 0 to 10000 mm." in text

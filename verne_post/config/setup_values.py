@@ -16,15 +16,7 @@ from verne_post.gcode.parameter_file import read_parameter_file
 from verne_post.gcode.tools import read_tool_table
 from verne_post.model.findings import UsageError, make_input_error
 from verne_post.model.options import OPTIONS, Options
-from verne_post.model.part_setup import (
-    Box,
-    FixtureMesh,
-    NominalPart,
-    WorkOffset,
-    choose_number_or_name,
-    list_setup_names,
-    name_system,
-)
+from verne_post.model.part_setup import Box, FixtureMesh, NominalPart, WorkOffset, name_system
 
 #: Which set-up holds: the file beside the program, where there is one; none; or the one of a path.
 Setup = Literal["beside", "none"] | os.PathLike[str]
@@ -143,8 +135,7 @@ def lay_over_setup(
     if "tools" in given:
         controls = [*map(drop_counted_names, controls)]
     if "tool_shapes" in given:  # a name has the number of the tools that count
-        names = list_setup_names(options.control)
-        given["tool_shapes"] = {choose_number_or_name(key, names): one for key, one in options.tool_shapes.items()}
+        given["tool_shapes"] = options.list_by_name("tool_shapes")
     controls.append(options.control if "tools" in given else drop_counted_names(options.control))
     return Options(
         **{

@@ -103,7 +103,7 @@ class CalledPlace(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Finding:
-    """One entry of a report.
+    """One thing that is wrong with a program, or worth knowing.
 
     Attributes
     ----------
@@ -133,8 +133,8 @@ class Finding:
     edits : tuple of Remedy
         What is to be written into the program or its set-up.
     file, file_line : str and int, or None
-        The file, other than the program, in which the words stand, and their line there, from 1. Of a file that the
-        program calls in ``line`` the functions of Python give them; inside, ``called`` has them.
+        The file, other than the program, in which the words stand, and their line there, from 1: a set-up, a machine
+        file, or a file that ``line`` calls.
     file_column, file_text : int or None, and str
         The column in this line, from 1, and the line itself; None and empty where they are not known.
     settled_by : tuple of tuple of str

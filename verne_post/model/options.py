@@ -577,9 +577,8 @@ class Options:
                 raise UsageError("options", f"{nameless[0]!r} has no name; write for example Options(tool_length=80)")
             for name in given:
                 if name not in OPTIONS:
-                    flag = f"--{name.replace('_', '-')}"  # as on the command line
-                    begun = [one for one in OPTIONS if spell_flag(one) == flag] or _OTHER_NAMES.get(name, [])
-                    begun = begun or [one for one in OPTIONS if one.startswith(name)]
+                    other = _FLAGS.get(f"--{name.replace('_', '-')}") or _OTHER_NAMES.get(name)
+                    begun = [other] if other else [one for one in OPTIONS if one.startswith(name)]
                     near = f"; did you mean {begun[0]}?" if len(begun) == 1 else suggest(name, OPTIONS)
                     raise UsageError(name, f"there is no such option{near}")
             given = _number_named_tools(given)
@@ -636,6 +635,11 @@ class Options:
 
     # --- what other packages derive from them ---
 
+    def list_by_name(self, name: str) -> dict[int | str, Any]:
+        """What an option says of each tool, by the name of a tool that has no number."""
+        names = list_setup_names(self.control)
+        return {choose_number_or_name(key, names): one for key, one in getattr(self, name).items()}
+
     @property
     def orientation_tolerance(self) -> float | None:
         """Rad."""
@@ -660,22 +664,14 @@ class Options:
         values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
         for name in ("wcs", "unmeasured_wcs"):
             values[name] = {name_system(number): one for number, one in values[name].items()}
-        names = list_setup_names(self.control)
-        for name in ("tools", "tool_shapes"):
-            values[name] = values[name] and {
-                choose_number_or_name(key, names): one for key, one in values[name].items()
-            }
+        for name in _OF_TOOLS:
+            values[name] = values[name] and self.list_by_name(name)
         values["control"] = {dialect: _hide_inner_numbers(keys) for dialect, keys in self.control.items()}
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
 
 
 #: Other words for options -> what they mean.
-_OTHER_NAMES: Final = {
-    "work_offsets": ["wcs"],
-    "work_offset": ["wcs"],
-    "fixtures": ["keep_out"],
-    "tool_table": ["tools"],
-}
+_OTHER_NAMES: Final = {"work_offsets": "wcs", "work_offset": "wcs", "fixtures": "keep_out", "tool_table": "tools"}
 #: Options whose keys are tools, by number or name.
 _OF_TOOLS: Final[Mapping[str, Callable[[Any], Any]]] = {"tools": check_tools, "tool_shapes": check_shapes}
 
@@ -784,6 +780,10 @@ def _make_signature() -> "Signature":
     )
 
 
+#: How options are written on the command line -> their names.
+_FLAGS: Final = {spell_flag(name): name for name in OPTIONS}
+
+
 def _describe_option(name: str) -> list[str]:
     """Lines of a docstring: type and default; meaning, unit, bounds and the name on the command line."""
     from inspect import formatannotation
@@ -799,8 +799,9 @@ def _describe_option(name: str) -> list[str]:
     ]
     bounds = (describe_bounds(strip_bounds(one)[1]) for one in list_alternatives(option.kind))
     size = f"{next(filter(None, bounds), '')} {shown.unit}".strip()
+    said = re.sub(r"--[a-z-]+", lambda found: _FLAGS.get(found[0], found[0]), shown.help)
     facts = (
-        shown.help,
+        said,
         "" if size in shown.help else f"{size[0].upper()}{size[1:]}.",
         "" if flag == name else f"Command line: ``{flag}``.",
     )
