@@ -11,41 +11,81 @@ from verne_post.model import findings, machine, setpoints
 from verne_post.output import causes
 
 PAGE = Path(__file__).with_name("api.md")
-HEAD = """# Python API
+HEAD = '''# Python API
 
 `verne_post` converts, checks, verifies and explains programs in Python: each function does what the command of its name
-does (`make_report` does what the command `report` does), and its result has the findings, the rows and the times.
+does (`make_report` does what the command `report` does). The snippets of this part follow each other.
+
+**Check a program.** A `str` is the text of a program; give a file as `Path("part.nc")`.
 
 ```python
 from pathlib import Path
 
 import verne_post as vp
 
-machine = vp.load_machine("verne")
-options = vp.Options(tool_length=80, wcs={"G54": (-10, 15, 60)}, split_at_stops=True)
-result = vp.convert(Path("gcode_samples/pocket_3axis.nc"), machine, options)
-print(result)  # verdict, time, NOT CHECKED, first findings; repr has all, as tables
-if result.ok:
-    for number, part in enumerate(result.setpoints.split(), start=1):
-        part.to_csv(f"axes-{number}.csv")  # or to_dict()
+text = """G21 G90 G54
+T1 M6
+G43 H1 G0 X0 Y0 Z50 A0 C0
+S8000 M3
+G1 Z10 F600
+X30
+Y30
+G0 Z50
+M30
+"""
+options = vp.Options(tools={1: (80, 10)}, wcs={"G54": (0, 0, 60)})  # mm: length and diameter; x, y, z
+result = vp.check(text, "verne", options)
+print(result)  # verdict, time, NOT CHECKED, causes; result.summary has the times and the rest
 ```
 
-A program that stops for the operator (M0, a tool change by hand) has one part for each stretch between its stops, and
-needs `split_at_stops=True`. Every other program has one part.
+**Why a program is refused, and where.** `result.causes` has the findings as the commands print them: `first` is what is
+to be corrected, and `others` go with it. `result.findings` has all, by line.
 
-A notebook shows results, findings and setpoints as tables. `to_pandas()` and `to_polars()` make data frames. They need
-the extras `pandas` and `polars` ([install](install.md)).
+```python
+for cause in vp.check(text.replace("X30", "X3000"), "verne", options).causes:
+    first = cause.first
+    print(first.line, first.code, first.message)
+    print(first.remedies or first.remedy)  # what was tried and settles it; what helps in general
+```
 
-**Findings.** One mistake may have several findings. `result.causes` has them as the commands print them: `first` is
-what is to be corrected, and `others` go with it. `result.findings` has all by line. `remedies` of a finding are what
-would settle it in this program, and `remedy` is what helps in general.
+Words of a called file, or of a set-up, stand in `first.file` at `first.file_line`; `line` is then the one that calls.
 
-**Programs** are `bytes`, text (`str`), or a `pathlib.Path`. With a path, subprograms in the same folder are found, and
-the set-up `part.nc.toml` is read, as on the command line.
+**Convert it, and write the rows.** A program that stops for the operator (M0, a tool change by hand) needs
+`split_at_stops=True`, and has one part for each stretch between its stops. Every other program has one part.
 
-**Set-up and options.** An option that is not the default overrides the set-up. Work offsets and fixtures of both are
-used; where both name the same one, that of `options` counts. `setup="none"` ignores the set-up, and
-`setup=Path("other.toml")` reads another one, also for programs given as text.
+```python
+result = vp.convert(text, "verne", options.changed(split_at_stops=True))
+if result.ok:
+    for number, part in enumerate(result.setpoints.split(), start=1):
+        part.to_csv(f"axes-{number}.csv")  # or to_dict(), to_pandas(), to_polars()
+```
+
+With a `sink` no rows are kept: it takes blocks of rows as they are made. Discard them unless the result is ok.
+
+```python
+result = vp.convert(text, "verne", options, sink=lambda block: print(block.first, block.values[0], block.line[0]))
+```
+
+**Sweep an option.** `changed` makes other options. A refused program has no summary.
+
+```python
+for tolerance in (0.005, 0.02, 0.05):
+    result = vp.check(text, "verne", options.changed(tolerance=tolerance))
+    print(tolerance, result.summary.time_s if result.summary else result.verdict)
+```
+
+**Tools by name.** Siemens, Klartext and CL programs may call tools by names, and options may have them:
+
+```python
+siemens = 'G17 G90 G71 G54\\nT="MILL" M6\\nD1 S8000 M3\\nG0 X0 Y0 Z50\\nG1 X30 F600\\nM30\\n'
+shapes = {"MILL": [vp.Cylinder("cutter", 10, 30)]}
+print(vp.check(siemens, "verne", vp.Options(tools={"MILL": (80, 10)}, tool_shapes=shapes, wcs={"G54": (0, 0, 60)})))
+```
+
+**Set-up and options.** With a path, subprograms in the same folder are found, and the set-up `part.nc.toml` is read.
+`setup="none"` ignores it, and `setup=Path("other.toml")` reads another one, also for programs given as text. An option
+that is not the default overrides the set-up; `tools` replace all of its tools. Work offsets and fixtures of both are
+used; where both name the same one, that of `options` counts.
 
 **Settings.** No settings file is looked for. `settings = vp.read_settings("verne-post.toml")` reads one; give it to a
 function as `settings=settings`. Its options hold below those of the set-up. The machine that it names is taken unless
@@ -65,8 +105,11 @@ last digits of rows differ from those of the command ([why](setpoints.md#format)
 | `verify`, `machined`, `fit` | raises `InputError` | raised |
 
 `InputError` has findings; a bad machine file raises it in every function. A bad *call*, such as a program whose file
-does not exist, raises `UsageError`. It names the argument and what would be right, with the names of Python:
-`tool_length` in place of `--tool-length`. An internal error is a fault of verne-post: please report it.
+does not exist, raises `UsageError`. It names the argument and what would be right. An internal error is a fault of
+verne-post: please report it.
+
+A notebook shows results, findings and setpoints as tables. `to_pandas()` and `to_polars()` need the extras `pandas` and
+`polars` ([install](install.md)).
 
 What `check`, `convert`, `verify` and `machined` return is true exactly if it is `ok`: `if result:` is `if result.ok:`.
 Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see what the commands print:
@@ -75,7 +118,7 @@ Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see wh
 All names below are typed for strict checkers, and `dir(verne_post)` lists what you call. Classes that only stand in
 results have no name there. `verne_post.gcode.read_moves` is the interpreter without a machine. `docs/make_api.py`
 makes this page from the docstrings.
-"""
+'''
 FUNCTIONS = (
     "load_machine",
     "list_machines",

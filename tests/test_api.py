@@ -4,6 +4,7 @@ import ast
 import dataclasses
 import doctest
 import inspect
+import io
 import math
 import os
 import pickle
@@ -22,8 +23,10 @@ import verne_post as vp
 from verne_post import api
 from verne_post.app.python_names import _ARGUMENTS, name_in_python
 from verne_post.cli import arithmetic
+from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_PLACE
 from verne_post.model import machine as machine_model
 from verne_post.model import options
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Findings
 
 from .builders import load_maker
@@ -271,15 +274,21 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
     given = vp.Options(tools={"MILL": (112.5, 12), "5": 80, 3: 70}, wcs={"G54": (0, 0, 60)}, dialect="siemens")
     assert sorted(given.tools or {})[:2] == [3, 5]
     assert given.changed(tools={"MILL": 90}).control == given.control
-    for one in (given, given.changed(air=0)):
+    for one in (given, given.changed(air=0), given.changed(control={"siemens": {"start": "G71"}})):
         summary = vp.check(text, "verne", one).summary
         assert summary is not None
         assert summary.tools == (("MILL", 112.5),)
     Path(f"{program}.toml").write_text("[tools]\nMILL = { length = 70 }\n", encoding="utf-8")
-    assert vp.check(program, "verne", vp.Options(tools={"DRILL": 60}, wcs=given.wcs)).findings[0].code == "VP012"
+    (finding,) = vp.check(program, "verne", vp.Options(tools={"DRILL": 60}, wcs=given.wcs)).findings
+    assert (finding.code, "give it in tools" in finding.message, "set-up" in finding.message) == ("VP012", True, False)
     summary = vp.check(program, "verne", vp.Options(tools={"DRILL": 60, "MILL": 99}, wcs=given.wcs)).summary
     assert summary is not None
     assert summary.tools == (("MILL", 99.0),)
+    Path(f"{program}.toml").write_text("[tools]\nDRILL = { length = 60 }\nMILL = { length = 70 }\n", encoding="utf-8")
+    shapes = {"MILL": [vp.Cylinder("cutter", 10, 40)]}  # has the number that the set-up counts
+    body = {"wcs": given.wcs, "stock": vp.Box("stock", (-50, -50, -20), (50, 50, 5))}
+    without, told = (vp.check(program, "verne", vp.Options(tool_shapes=one, **body)) for one in ({}, shapes))
+    assert ["MILL" in one.unchecked for one in (without, told)] == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -287,6 +296,23 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
     [
         (lambda: vp.Options(tools={"MILL": -80}), 'tool "MILL": the length -80 is negative'),
         (lambda: vp.Options(tools={"5": 80, 5: 80}), "there is a tool 5 already"),
+        (
+            lambda: vp.check(SHORT, tool_lenght=80),
+            r"tool_lenght: an option of the program: .*Options\(tool_length=...\)",
+        ),
+        (lambda: vp.check(SHORT, machin="verne"), "machin: no such argument; did you mean machine?"),  # type: ignore[call-arg]
+        (lambda: vp.Options(work_offsets={}), "work_offsets: .*did you mean wcs?"),
+        (lambda: vp.Options(**{"from": "home"}), "from: .*did you mean approach?"),
+        (lambda: vp.check(io.BytesIO(b"M2")), r"source: .*got BytesIO; pass its read\(\)"),  # type: ignore[arg-type]
+        (lambda: vp.verify(vp.check(SHORT), SHORT), "setpoints: .*got Result; pass its setpoints"),  # type: ignore[arg-type]
+        (lambda: vp.make_report(SHORT, versus=5), "versus: expected bytes, text or a path"),  # type: ignore[arg-type]
+        (lambda: vp.batch(None), "programs: expected several paths, got NoneType"),  # type: ignore[arg-type]
+        (lambda: vp.batch([], folder=Path(__file__)), "folder: .*expected a pathlib.Path of a folder"),
+        (lambda: vp.machined("", SHORT, nominal=b"", distance="1 mm"), "distance: '1 mm': expected mm, 0 or more"),  # type: ignore[arg-type]
+        (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[Path("a")]), "fixtures: .*'G54'"),  # type: ignore[list-item]
+        (lambda: vp.Options(tools={" ": 80}), "' ' is neither the number nor the name of a tool"),
+        (lambda: vp.Options(tool_shapes={"": [vp.Cylinder("cutter", 6)]}), "'' is neither the number nor the name"),
+        (lambda: vp.Options(tool_shapes={"MILL": []}), 'tool_shapes: tool "MILL": expected a sequence of Cylinder'),
         (lambda: vp.Tool(1, 1, 80), r"80: expected nine numbers.*tools=\{1: 80\}"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 1, (0.0, 0.0, 80.0)), "expected nine numbers"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 80), r"Tool: missing .*'offset'; expected Tool\(number, pocket, .*tools=\{1: 80\}.*, mm"),
@@ -384,8 +410,8 @@ def test_every_option_in_a_message_has_a_name_in_python() -> None:
 def test_an_option_that_is_given_as_an_argument_is_told() -> None:
     with pytest.raises(vp.UsageError, match=r"^tool_length: .*pass options=Options\(tool_length=\.\.\.\)$"):
         vp.check(POCKET, "verne", tool_length=80.0)
-    with pytest.raises(TypeError, match="unexpected keyword"):
-        vp.check(POCKET, "verne", length=80.0)
+    with pytest.raises(vp.UsageError, match=r"^qqq: no such argument; the arguments are source, machine, "):
+        vp.check(POCKET, "verne", qqq=80.0)
 
 
 def test_a_name_of_a_file_is_not_taken_for_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -514,7 +540,7 @@ def test_a_printed_result_is_a_few_lines(part: Path) -> None:
     source = "G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X\nX1O\nG999\nG2 X5\nM2\n"
     bad = vp.check(source, "verne", vp.Options(tool_length=80))
     assert len(bad.findings) > 3
-    first, *shown, last = str(bad).splitlines()
+    first, *shown, last = (line for line in str(bad).splitlines() if not line.startswith("    = "))
     assert first == "refused: unusable program on VERNE"
     error = bad.findings[0]
     assert shown[0] == f"line {error.line}: {error.code} error: {error.message}"
@@ -528,7 +554,10 @@ def test_a_result_has_the_causes_that_the_commands_print() -> None:
     bad = vp.check(source, "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
     counted = [one for cause in bad.causes for one in (cause.first, *cause.others)]
     assert len(counted) == len(bad.findings) > len(bad.causes)
-    assert f"\n{bad.causes[0].first}\n" in f"{bad}\n"
+    first = bad.causes[0]
+    helps = [f"also {first.describe_others()}", *(f"tried: {one}" for one in first.first.remedies)]
+    assert f"{first}".splitlines() == [str(first.first), *(f"    = {one}" for one in helps)]
+    assert str(first) in str(bad)
     assert not [text for one in bad.findings for text in one.remedies if "was found" in text]
     said = vp.check("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 Z-300 F90\nM2\n", "verne", vp.Options(tool_length=80)).errors
     assert {one.remedy for one in said if one.code == "VP210"} == {"Raise the work offset (wcs), or use a longer tool."}
@@ -764,6 +793,29 @@ def test_a_proposal_goes_into_options() -> None:
     assert there.summary.time_s == proposal.seconds
 
 
+def test_the_snippets_of_the_page_run_as_pasted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs" / "api.md").read_text("utf-8").partition("## Functions")[0]
+    exec("\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), {})
+    said = capsys.readouterr().out
+    assert (said.count("can run on VERNE"), "6 VP110 out of reach" in said, "refused" in said) == (2, True, False)
+    assert Path("axes-1.csv").stat().st_size > 1000
+
+
+def test_what_helps_is_said_in_words_of_python() -> None:
+    """No command, no option of one, and no file beside a program, which a text has not."""
+    texts = [code.remedy for code in CODES.values()] + [FILL_IN_LENGTH, GIVE_PLACE.format("G54")]
+    said = [name_in_python(text) for text in texts]
+    assert not [
+        text for text in said if re.search(r"verne-post |INPUT|(?<!\w)--[a-z]|\[(?:tools|wcs|remap)\]|\.toml", text)
+    ]
+    assert name_in_python("turn the part: `verne-post fit m/x19.nc --machine verne` does") == "turn the part: fit does"
+    (lacking,) = vp.check("G21 G90\nT1 M6\nG43 H1 G0 X0 Y0 Z20 A0 C0\nM30\n", "verne").errors
+    assert lacking.remedy == "Give the length in tools, or in the set-up."
+
+
 def test_a_finding_prints_as_one_line() -> None:
     result = vp.check(
         "G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 0)})
@@ -774,6 +826,18 @@ def test_a_finding_prints_as_one_line() -> None:
     assert str(first) in str(result)
     other = dataclasses.replace(first, file="tools.tbl", file_line=7)
     assert str(other).startswith("tools.tbl:7: VP101 error: ")
+
+
+def test_a_finding_of_a_called_file_has_the_file_and_line_of_json(tmp_path: Path) -> None:
+    program = tmp_path / "main.nc"
+    program.write_text("O1\nG21 G90\nG0 X0 Y0 Z50 A0 C0\nM98 P2000\nM30\n", encoding="utf-8")
+    for line, code in (("G1 Z-900 F500", "VP210"), ("G1 X1O", "VP001")):
+        (tmp_path / "O2000.nc").write_text(f"O2000\nG0 Z20\n{line}\nM99\n", encoding="utf-8")
+        result = vp.check(program, "ac_trunnion", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
+        first = result.causes[0].first
+        assert (first.code, first.file, first.file_line, first.line) == (code, "O2000.nc", 3, 4)
+        assert str(first).startswith(f"line 4: {code} error: O2000.nc, line 3: ")
+        assert f"{code} line 4" in repr(api.Batch((api.BatchRow(program, result),)))
 
 
 def test_a_finding_shows_what_is_given_and_findings_are_a_table() -> None:
@@ -876,7 +940,7 @@ def test_help_shows_every_option_with_type_default_and_meaning() -> None:
         assert getattr(vp.Options(**{name: shown[name].default}), name) == option.default()
         assert shown[name].annotation is not inspect.Parameter.empty
         assert f" {name} : " in text, name
-        assert " ".join(option.about.help.replace("|", " ").split()) in text, name
+        assert " ".join(name_in_python(option.about.help).replace("|", " ").split()) in text, name
     assert (
         "tool_length : float, default None Length from the gauge line to the tip, for the whole program; default: "
         "that of each tool. 0 to 10000 mm." in text
@@ -1104,7 +1168,7 @@ def test_the_stock_of_the_program_is_named_as_python_has_it() -> None:
     summary = str(vp.check(text, "verne", OPTIONS.changed(dialect="siemens")).summary)
     assert "not checked (stock=OwnStock() checks it)" in summary
     assert "no keep_out and no stock given" in " ".join(summary.split())
-    with pytest.raises(vp.UsageError, match=r"or OwnStock\(\) for the stock of the program, got 'program'"):
+    with pytest.raises(vp.UsageError, match=r"or OwnStock\(\) for the stock of the program"):
         vp.Options(stock="program")
 
 

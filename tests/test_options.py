@@ -336,22 +336,26 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
 def meant_by(values: dict[str, Any]) -> Any:
     """What options mean together: values by name, or REFUSED."""
     meant = {}
-    tools, names = values.get("tools"), {}
-    if isinstance(tools, dict) and len(tools) == 1 and isinstance(key := next(iter(tools)), str):
-        (tool,) = tools.values()
-        if "control" in values and MEANING["control"](values["control"]) is REFUSED:
+    names: dict[str, int] = {}
+    for option in ("tools", "tool_shapes"):
+        table = values.get(option)
+        if not (isinstance(table, dict) and len(table) == 1 and isinstance(key := next(iter(table)), str)):
+            continue
+        if not key.strip() or ("control" in values and MEANING["control"](values["control"]) is REFUSED):
             return REFUSED
+        (tool,) = table.values()
         number = tool.number if isinstance(tool, vp.Tool) and type(tool.number) is int else 0
-        names = {} if key.isdecimal() else {key: number or 100_001}
-        control = dict(values.get("control", {}))
-        for dialect in ("siemens", "heidenhain", "aptcl") if names else ():
-            keys = control.get(dialect, {})
-            control[dialect] = {**keys, "tools": {**keys.get("tools", {}), **names}}
-        values = {**values, "tools": {names.get(key) or int(key): tool}, "control": control}
+        if not key.isdecimal():
+            names[key] = number or names.get(key) or max([100_000, *names.values()]) + 1
+        values = {**values, option: {names.get(key) or int(key): tool}}
     for name, value in values.items():
         if name not in MEANING or (one := MEANING[name](value)) is REFUSED:
             return REFUSED
         meant[name] = one
+    if names:
+        control = meant.get("control", {})
+        own = {one: control.get(one, {}) for one in ("siemens", "heidenhain", "aptcl")}
+        meant["control"] = {**control, **{one: {**keys, "tools": names} for one, keys in own.items()}}
     if meant.get("from_line") is not None and meant.get("approach") is None:
         return REFUSED
     if meant.get("air_along", "tool") != "tool" and not meant.get("air", 0):
@@ -540,7 +544,9 @@ class Cases:
                 first = Cylinder("cutter", 10.0, pick.choice([20.0, None, 5, self.one()]))
                 last = Cylinder(part, pick.choice([20.0, 0, self.one()]), pick.choice([None, 30.0, self.one()]))
                 return {
-                    pick.choice([1, 2, -1, self.key()]): pick.choice([(first, last), [last], (first,), (), self.one()])
+                    pick.choice([1, -1, "MILL", self.key()]): pick.choice(
+                        [(first, last), [last], (first,), (), self.one()]
+                    )
                 }
             case "part":
                 wanted = Wanted(*(pick.choice([0.05, 1, 0.0, 3.0, self.one()]) for _ in range(4)))

@@ -12,6 +12,7 @@ import io
 import math
 import os
 import re
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
@@ -30,7 +31,6 @@ from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
-from verne_post.base.file_kinds import describe_kind
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
@@ -41,7 +41,7 @@ from verne_post.config.setup_values import Setup, lay_over_setup, take_settings
 from verne_post.config.subprograms import collect_subprograms
 from verne_post.model.findings import Finding, InputError, UsageError, make_input_error
 from verne_post.model.machine import Machine
-from verne_post.model.option_checks import check_ranges
+from verne_post.model.option_checks import check_ranges, convert_from_numpy
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.setpoints import SetpointBlock
@@ -178,14 +178,14 @@ def _judge(
 
     ``raised`` are the errors of functions of the caller, which are raised again.
     """
-    source, options, _setup, settings = program
+    source, options, *_others = program
     try:
-        text, chosen = _read_program(*program)
+        text, chosen, read = _read_program(*program)
     except UsageError:
         raise
     except Exception as error:
         return _name_result(_refuse(error, source), source, options)
-    loaded = _load_machine(machine, settings)
+    loaded = _load_machine(machine, read)
     try:
         result = run(text, loaded, chosen)
     except UsageError:
@@ -226,13 +226,14 @@ def explain(
     UsageError
         The program has no such line.
     """
+    line = convert_from_numpy(line)
     if isinstance(line, bool) or not isinstance(line, int) or line < 0:
         raise UsageError("line", f"{line!r}: expected the number of a source line, from 1, or 0 for the approach")
     try:
-        text, chosen = _read_program(source, options, setup, settings)
+        text, chosen, read = _read_program(source, options, setup, settings)
     except InputError as error:
         return _list_findings(line, error, str(source) if isinstance(source, os.PathLike) else "program")
-    loaded = _load_machine(machine, settings)
+    loaded = _load_machine(machine, read)
     try:
         return explain_source(text, loaded, chosen, line)
     except InputError as error:
@@ -272,8 +273,8 @@ def verify(
         The file or the program cannot be read.
     """
     rows = _decode_setpoints(setpoints)
-    text, chosen = _read_program(source, options, setup, settings)
-    loaded = _load_machine(machine, settings)
+    text, chosen, read = _read_program(source, options, setup, settings)
+    loaded = _load_machine(machine, read)
     program = assemble(text, loaded, chosen)
     name, blocks = _read_setpoints(setpoints, rows, program)
     verdict = verify_setpoints(program, blocks)
@@ -336,12 +337,16 @@ def machined(
         A file or the program cannot be read, or a tool has no shape.
     UsageError
     """
-    given = {"gouge": gouge, "excess": excess, "grid": grid, "search": search}
-    for name, value in given.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-            raise UsageError(name, f"{value!r}: expected mm above 0")
-    if not 0 <= distance < math.inf:
-        raise UsageError("distance", f"{distance!r}: expected mm, 0 or more")
+    sizes = {"gouge": gouge, "excess": excess, "grid": grid, "search": search}
+    given = {name: convert_from_numpy(value) for name, value in sizes.items()}
+    for name, value in {**given, "distance": distance}.items():
+        least = 0 if name == "distance" else sys.float_info.min
+        if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value < math.inf:
+            raise UsageError(name, f"{value!r}: expected mm{', 0 or more' if name == 'distance' else ' above 0'}")
+    if not isinstance(fixtures, list | tuple) or any(
+        not isinstance(one, list | tuple) or len(one) != 2 for one in fixtures
+    ):
+        raise UsageError("fixtures", f"{fixtures!r}: expected (file, system) of each, as [(Path('vise.stl'), 'G54')]")
     for key, word, allowed in (
         *(("system", one, ("table", *SYSTEM_NUMBERS)) for one in (system, *(place for _file, place in fixtures))),
         ("unit", unit, UNITS),
@@ -349,8 +354,8 @@ def machined(
     ):
         if word not in allowed:
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
-    text, chosen = _read_program(source, options, setup, settings)
-    program = assemble(text, _load_machine(machine, settings), chosen)
+    text, chosen, read = _read_program(source, options, setup, settings)
+    program = assemble(text, _load_machine(machine, read), chosen)
     shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
     rows = list(blocks)
     if not rows:
@@ -398,11 +403,11 @@ def fit(
     ------
     InputError
     """
-    text, chosen = _read_program(source, options, setup, settings)
+    text, chosen, read = _read_program(source, options, setup, settings)
     allowed = check_ranges(free, {} if ranges is None else ranges)
     if aim not in get_args(Aim):
         raise UsageError("aim", f"{aim!r}: expected one of {', '.join(get_args(Aim))}")
-    loaded = _load_machine(machine, settings)
+    loaded = _load_machine(machine, read)
     found = propose(text, loaded, chosen, free, allowed, aim=aim)
     return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
@@ -526,6 +531,10 @@ def batch(
         one = f"Path({os.fsdecode(programs)!r})"
         several = f'sorted({one}.glob("*.nc"))' if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
         raise UsageError("programs", f"expected several paths, as {several}")
+    if not isinstance(programs, Iterable):
+        raise UsageError("programs", f"expected several paths, got {type(programs).__name__}")
+    if folder is not None and (not isinstance(folder, str | os.PathLike) or Path(folder).is_file()):
+        raise UsageError("folder", f"{folder!r}: expected a pathlib.Path of a folder")
     paths = [Path(_require_path(one)) for one in programs]
     read = take_settings(settings)
     loaded = _load_machine(machine, read)
@@ -638,11 +647,11 @@ def make_report(
 
     with name_missing("jupyter_threejs_sage", "report"):
         importlib.import_module("jupyter_threejs_sage")
-    settings = take_settings(settings)
-    loaded = _load_machine(machine, settings)
+    read = take_settings(settings)
+    loaded = _load_machine(machine, read)
     seen = []
-    for one in (source, *([] if versus is None else [versus])):
-        text, chosen = _read_program(one, options, setup, settings)
+    for what, one in (("source", source), *([] if versus is None else [("versus", versus)])):
+        text, chosen, _settings = _read_program(one, options, setup, read, what)
         seen.append((chosen.source_name, text, loaded, study(text, loaded, chosen)))
     page = make_page(*seen[0]) if versus is None else write_comparison((make_side(*seen[0]), make_side(*seen[1])))
     outcomes = "; ".join(format_outcome(name, each.findings, 0, loaded) for name, _text, _machine, each in seen)
@@ -653,9 +662,9 @@ def make_report(
 
 
 def _read_program(
-    source: Source, options: Options | None, setup: Setup, settings: SettingsLike
-) -> tuple[Text, Options]:
-    """The text of a program, and its options; a path brings its subprograms and its set-up."""
+    source: Source, options: Options | None, setup: Setup, settings: SettingsLike, what: str = "source"
+) -> tuple[Text, Options, Settings | None]:
+    """The text of a program, its options and its settings; a path brings its subprograms and its set-up."""
     if options is not None and not isinstance(options, Options):
         raise UsageError("options", f"expected Options, got {type(options).__name__}")
     chosen = options or Options()
@@ -664,20 +673,17 @@ def _read_program(
         lengths = ", ".join(f"{length:g}" for length in sorted(other))
         why = f"{chosen.tool_length:g} mm for all tools, but tools gives {lengths} mm; give one of the two"
         raise UsageError("tool_length", why)
-    text = _read(source, "source")
+    text = _read(source, what)
     path = Path(source) if isinstance(source, os.PathLike) else None
-    if text.startswith(b"t_s,"):
-        raise make_input_error("VP022", describe_kind(text[:], "a program", "this" if path is None else str(path)))
-    chosen = lay_over_setup(chosen, path, setup, settings)
+    read = take_settings(settings)
+    chosen = lay_over_setup(chosen, path, setup, read)
     if path is None:
-        return text, chosen
+        return text, chosen, read
     found, files = collect_subprograms(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())
     files = {name: file for name, file in files.items() if name not in chosen.subroutines}
-    return text, chosen.changed(
-        subroutines={**found, **chosen.subroutines},
-        subroutine_files={**files, **chosen.subroutine_files},
-        source_name=str(path),
-    )
+    called = {**found, **chosen.subroutines}
+    named = {**files, **chosen.subroutine_files}
+    return text, chosen.changed(subroutines=called, subroutine_files=named, source_name=str(path)), read
 
 
 def _name_result(result: Result, source: Source, options: Options | None, machine: Machine | None = None) -> Result:
@@ -709,7 +715,9 @@ def _read(source: Source, what: str) -> Text:
     if isinstance(source, LongText):
         return source
     kinds = "Setpoints, bytes" if what == "setpoints" else "bytes"
-    raise UsageError(what, f"expected {kinds}, text or a path, got {type(source).__name__}")
+    inside = "; pass its read()" if hasattr(source, "read") else ""
+    inside = "; pass its setpoints" if what == "setpoints" and isinstance(source, Result) else inside
+    raise UsageError(what, f"expected {kinds}, text or a path, got {type(source).__name__}{inside}")
 
 
 def _read_mesh(file: object, what: str) -> bytes:
@@ -744,13 +752,12 @@ def _read_setpoints(setpoints: Setpoints | Source, rows: str, program: Program) 
     return name, read_csv(io.StringIO(rows), name, program.machine.columns, program.cycle, drives)
 
 
-def _load_machine(machine: MachineLike | None, settings: SettingsLike) -> Machine:
+def _load_machine(machine: MachineLike | None, read: Settings | None) -> Machine:
     """The machine that is given, or else that of the settings."""
     if isinstance(machine, Machine):
         return machine
     if machine is not None:
         return config.load_machine(machine)
-    read = take_settings(settings)
     return config.load_machine() if read is None else config.load_machine(read.machine)
 
 

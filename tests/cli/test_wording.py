@@ -75,7 +75,7 @@ def test_verify_names_the_file_that_is_wrong(make_program: Any, run: Any) -> Non
     assert run("convert", good, "-o", "axes.csv").code == 0
     assert run("verify", "axes.csv", "--against", wrong).err.startswith("wrong.nc:9")
     swapped = run("verify", good, "--against", "axes.csv").err
-    assert swapped.startswith("axes.csv: VP022 error: axes.csv is a setpoint file, not a program; verify reads it:")
+    assert swapped.startswith("axes.csv: VP022 error: axes.csv is a setpoint file, not a program; verify and machined")
     Path("note.pdf").write_text("")
     assert run("verify", "axes.csv", "--against", "note.pdf").err.startswith("note.pdf: VP022")
 

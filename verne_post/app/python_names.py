@@ -13,11 +13,13 @@ from typing import Any, Final, ParamSpec, TypeVar, get_args
 
 from msgspec import structs
 
+from verne_post.base.suggestions import find_meant
 from verne_post.base.type_words import list_alternatives
+from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
 from verne_post.model.options import OPTIONS, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK
-from verne_post.output.findings import choose_remedy
+from verne_post.output.findings import OF_FILE, choose_remedy
 from verne_post.toolpath.work_offset import Aim
 
 #: Options of commands that the table does not have -> the argument that has what they say.
@@ -39,8 +41,38 @@ _ARGUMENTS: Final = {
     "--grid": "grid",
     "range": "ranges",
 }
-#: What only a command line can do -> what Python does instead.
+#: What only a command line can do, or files beside a program say -> what Python does instead; the longer ones first.
 _PHRASES: Final = {
+    "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give": "Give",
+    "Fill in the length in INPUT.toml, which verne-post setup INPUT writes.": (
+        "Give the length in tools, or in the set-up."
+    ),
+    "Fill in the diameter in INPUT.toml, which verne-post setup INPUT writes, or give a tool table with D "
+    "(--tool-table FILE).": "Give length and diameter in tools, or in the set-up.",
+    "Fill in its meaning in INPUT.toml, or": "Give its meaning in remap or in the set-up, or",
+    "; verne-post setup INPUT writes a missing entry": "",
+    "Fill in tool_length, mm, in INPUT.toml": "Give tool_length, mm",
+    "under [tools] in INPUT.toml, or in the tool table": "in tools, or in the set-up",
+    ", which verne-post setup INPUT writes, or give --wcs:": ":",
+    ", which verne-post setup INPUT writes": "",
+    "If INPUT.toml gives": "If the set-up gives",
+    "with the program INPUT; VERNE_POST_TRACEBACK=1 verne-post check INPUT shows where it happened": (
+        "with the program; VERNE_POST_TRACEBACK=1 in the environment shows where it happened"
+    ),
+    "again with verne-post convert": "again, with convert and to_csv()",
+    "verne-post machine list prints the machines by name": "list_machines() has the machines by name",
+    ", and `verne-post machine show` prints a valid file": "",
+    "; `verne-post machine validate` prints how long moves take": "",
+    " (--ignore VP037)": "",
+    "the message and --csv of machined name": "the message names",
+    'give [fanuc] directions = "machine"': 'give control={"fanuc": {"directions": "machine"}}',
+    "[remap] of the set-up, or of verne-post.toml,": "remap",
+    "--tool-table instead, or [tools] of the set-up (`verne-post setup` writes it), without": "tools instead, without",
+    " (which has no tool_length then), or give --tool-table FILE": ", or give it in tools",
+    "into the set-up, or give --tool-table FILE": "into the set-up, or give it in tools",
+    "in [tools] of the set-up": "in tools",
+    "(--wcs, [wcs])": "(wcs)",
+    "in [remap]": "in remap",
     "give it first on the command line": "give it as source",
     "verify and machined read it first: verne-post verify FILE --against PROGRAM": "give it to verify as setpoints",
     "give it with --machine": "give it as machine",
@@ -53,10 +85,25 @@ _PHRASES: Final = {
     "or into a folder of --subroutine-path": "or give its text in subroutines",
     "see verne-post machine list": "see list_machines()",
     "verify reads what --format csv writes": "verify reads what to_csv() writes",
+    "write it under [tools] of the set-up": "give it in tools",
+    **{
+        f"or give its number in a tool table under [{one}.tools] of the settings file": (
+            f'or its number in control={{"{one}": {{"tools": {{NAME: NUMBER}}}}}}'
+        )
+        for one in NAMING_TOOLS
+    },
+    "the tools of a nearer set-up, or a tool table, replace all of that table": (
+        "tools of the options, or of a nearer set-up, replace all of that table"
+    ),
     "no [keep_out.NAME]": "no keep_out",
     "no [stock]": "no stock",
 }
+_COMMAND: Final = re.compile(r"`verne-post (\w+)[^`]*`")
 _PHRASE: Final = re.compile("|".join(r"(?: |\n +)".join(map(re.escape, one.split(" "))) for one in _PHRASES))
+#: Where the place of a work system belongs in the file of the set-up.
+_IN_FILE: Final = re.compile(
+    r"(?:Fill in wcs\.(\S+) in INPUT\.toml|Write (\S+) = \[x, y, z\] under \[wcs\] of INPUT\.toml)"
+)
 #: The last line of what is said of a line that cannot be executed.
 _SHOWS_ALL: Final = re.compile(
     r"^(the program has \d++ other errors?, .*: )verne-post check .* shows all$", re.MULTILINE
@@ -75,9 +122,12 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
     @wraps(function)
     def call(*arguments: _P.args, **named: _P.kwargs) -> _T:
-        for name in named:
-            if name in OPTIONS and name not in takes:
-                raise UsageError(name, f"an option of the program: pass options=Options({name}=...)")
+        for name in named.keys() - takes.keys():
+            meant = find_meant(name, (*takes, *OPTIONS)) if name not in OPTIONS else name
+            if meant in OPTIONS and meant not in takes:
+                raise UsageError(name, f"an option of the program: pass options=Options({meant}=...)")
+            near = f"did you mean {meant}?" if meant else f"the arguments are {', '.join(takes)}"
+            raise UsageError(name, f"no such argument; {near}")
         try:
             return _name_within(function(*arguments, **named))
         except UsageError as error:
@@ -91,7 +141,9 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
 def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
-    text = _PHRASE.sub(lambda found: _PHRASES[" ".join(found.group().split())], text)
+    text = _IN_FILE.sub(lambda found: f"Give {found[1] or found[2]} in wcs, or in the set-up", text)
+    text = _PHRASE.sub(lambda found: _PHRASES[re.sub(r"\n +", " ", found.group())], text)
+    text = _COMMAND.sub(r"\1", text)
     return replace_options(_SHOWS_ALL.sub(r"\1check shows all", text), _list_names, _assign)
 
 
@@ -164,6 +216,7 @@ def _name_within(thing: Any) -> Any:
             changed[key] = _WITH_TEXTS[key](value)
     if isinstance(thing, Finding):
         changed["advice"] = name_in_python(choose_remedy(thing))
+        changed |= {} if thing.called is None else dict(zip(OF_FILE, thing.called, strict=True))
     if not changed:
         return thing
     return dataclasses.replace(thing, **changed) if is_plain else structs.replace(thing, **changed)
@@ -182,6 +235,7 @@ _WITH_TEXTS: Final[Mapping[str, Callable[[Any], Any]]] = {
     **dict.fromkeys(("message", "text", "working"), name_in_python),
     "remedies": lambda remedies: _name_in_each(list_found(remedies)),
     "notes": _name_in_each,
+    "unchecked": name_in_python,
     **dict.fromkeys(("findings", "edits"), _name_within_each),
     **dict.fromkeys(("summary", "part", "verification"), _name_within),
     "describe": lambda describe: partial(_describe_in_python, describe),

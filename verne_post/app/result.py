@@ -30,7 +30,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import SEVERITIES, Verdict, find_exit_status, find_verdict
-from verne_post.output.causes import Cause, find_causes, find_first_error, list_first
+from verne_post.output.causes import Cause, find_causes, find_first_error
 from verne_post.output.findings import describe_unchecked
 from verne_post.output.fixed_point import format_rows
 
@@ -358,12 +358,12 @@ class Result:
         return "a sink or files took the rows"
 
     def __str__(self) -> str:
-        """Verdict, time and the first causes in a few lines; ``repr`` has all facts and findings as tables."""
+        """Verdict, time and the first causes, with what helps; ``repr`` has all facts and findings as tables."""
         where = [f"on {self.machine}"] if self.machine else []
         seconds = f", {self.summary.cycle_time:.3f} s" if self.summary is not None else ""
         lines = [" ".join([f"{self.program}:"] * bool(self.program) + [self.verdict, *where]) + seconds]
         lines += describe_unchecked([self.unchecked])
-        worst = sorted(list_first(self.findings), key=lambda item: SEVERITIES.index(item.severity))
+        worst = sorted(self.causes, key=lambda cause: SEVERITIES.index(cause.first.severity))
         lines += map(str, worst[:_SHOWN_FINDINGS])
         if len(worst) > _SHOWN_FINDINGS:
             lines.append(f"and {format_count(len(worst) - _SHOWN_FINDINGS, 'more cause')}, in result.causes")

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from verne_post.base.file_kinds import describe_binary
+from verne_post.base.file_kinds import describe_binary, describe_kind
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import LONGEST_LINE, count_code
 from verne_post.base.text_marks import UTF16, is_utf16
@@ -24,7 +24,7 @@ _DIVIDE: Final = "Divide the line into several blocks. If a line feed is missing
 
 
 def check_source_begin(begin: bytes, name: str) -> None:
-    """Refuse what begins as no text of one byte a character; UTF-16 is what ``>`` of PowerShell makes.
+    """Refuse setpoints, and what begins as no text of one byte a character; ``>`` of PowerShell makes UTF-16.
 
     Raises
     ------
@@ -36,6 +36,8 @@ def check_source_begin(begin: bytes, name: str) -> None:
         raise make_input_error("VP022", f"{name} is {UTF16}")
     if binary := describe_binary(begin):
         raise make_input_error("VP022", f"{name} is not a text file: {binary}")
+    if begin.startswith(b"t_s,"):  # other kinds may look like a program
+        raise make_input_error("VP022", describe_kind(begin, "a program", name), advice="")
     text = begin.decode("utf-8", errors="replace")
     if "\n" not in text and (other := next((end for end in _LINE_ENDS_OF_OTHERS if end in text.strip()), None)):
         raise make_input_error(

@@ -135,7 +135,6 @@ def read_program_text(
     from verne_post.base.file_kinds import describe_kind
     from verne_post.config.subprograms import collect_subprograms
     from verne_post.model.findings import UsageError, make_input_error
-    from verne_post.output.commands import find_run
 
     suffix = Path(name).suffix.lower()
     kind = _NO_PROGRAMS.get(suffix)
@@ -146,12 +145,6 @@ def read_program_text(
         text = f"{show_name(name)} is no NC program: {Path(name).suffix} is {kind}; name a program (.nc, .mpf, .h)"
         raise make_input_error("VP022", text)
     check_source_text(source, show_name(name), options.dialect)
-    if source.startswith(b"t_s,"):
-        raise make_input_error(
-            "VP022",
-            f"{show_name(name)} is a setpoint file, not a program; verify reads it: "
-            f"{find_run(options).spell('verify', show_name(name), '', '--against PROGRAM')}",
-        )
     if is_dash(name) and not subroutine_path:
         return source, options
     folder = Path.cwd() if is_dash(name) else Path(name).resolve().parent

@@ -76,6 +76,8 @@ def number_tools(
     tools: dict[int, Tool] = {}
     names: dict[str, int] = {}
     for key, entry in entries.items():
+        if not key.strip():
+            raise ValueError(f"tools: {key!r} is neither the number nor the name of a tool")
         number = int(key) if key.isdecimal() else entry.number or FIRST_NAMED_TOOL + len(names)
         if key.isdecimal() and entry.number not in (None, number):
             raise ValueError(f"tools.{key}.number = {entry.number}: the key is its number; leave the other out")

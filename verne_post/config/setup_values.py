@@ -134,7 +134,9 @@ def lay_over_setup(
     remaps = [{} if settings is None else settings.file.remap, *(file.remap for file in setups), options.remap]
     if "tools" in given:
         controls = [*map(drop_counted_names, controls)]
-    controls.append(options.control)
+    if "tool_shapes" in given:  # a name has the number of the tools that count
+        given["tool_shapes"] = options.list_by_name("tool_shapes")
+    controls.append(options.control if "tools" in given else drop_counted_names(options.control))
     return Options(
         **{
             "stock": stock,

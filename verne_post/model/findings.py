@@ -103,7 +103,7 @@ class CalledPlace(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Finding:
-    """One entry of a report.
+    """One thing that is wrong with a program, or worth knowing.
 
     Attributes
     ----------
@@ -133,9 +133,10 @@ class Finding:
     edits : tuple of Remedy
         What is to be written into the program or its set-up.
     file, file_line : str and int, or None
-        The file, other than the program, in which the mistake stands, and its line there, from 1.
+        The file, other than the program, in which the words stand, and their line there, from 1: a set-up, a machine
+        file, or a file that ``line`` calls.
     file_column, file_text : int or None, and str
-        The column of a key or value in this line, from 1, and the line itself; None and empty where they are not known.
+        The column in this line, from 1, and the line itself; None and empty where they are not known.
     settled_by : tuple of tuple of str
         Keys of a set-up that would remove the finding: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
     tool : int or None
@@ -147,11 +148,9 @@ class Finding:
     contact : three float, or None
         Tip in the table frame, mm, where the contact with the stock (VP216) begins in ``line``.
     advice : str or None
-        What helps in this case, in place of what the code says; INPUT stands for the program. Empty where the message
-        has it. The functions of Python give every finding its own: read ``remedy``.
+        What helps in this case, in place of what the code says; empty where the message has it. Read ``remedy``.
     called : CalledPlace or None
-        The ``file``, ``line`` and ``column`` (None where it is not known) in a file that the program calls in its own
-        ``line``, where the mistake stands there.
+        File, line and column of a called file.
     names_lines : bool
         The message names the lines of several stretches.
     """
@@ -188,12 +187,12 @@ class Finding:
     def __str__(self) -> str:
         """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
         name = "" if self.file is None else self.file if self.file_line is None else f"{self.file}:{self.file_line}"
-        line = self.line if self.file is None else None
+        line = self.line if self.file is None or self.called is not None else None
         return (f"line {line}: " if line is not None else f"{name}: " if name else "") + describe(self)
 
     @property
     def remedy(self) -> str:
-        """What helps in general, as JSON has it; empty where the message says it. INPUT stands for the program."""
+        """What helps in general, as JSON has it; empty where the message says it."""
         return CODES[self.code].remedy if self.advice is None else self.advice
 
     @property

@@ -198,9 +198,9 @@ def check_tools(value: object) -> dict[int, Tool] | None:
     if value is None:
         return None
     found: dict[int, Tool] = {}
-    for key, given in check_mapping(value, "a mapping from tool number to Tool, or to a length").items():
+    for key, given in check_mapping(value, "a mapping from number or name of a tool to Tool, or a length").items():
         if not _is_tool_number(key):
-            raise ValueError(f"{key!r} is not the number of a tool")
+            raise ValueError(f"{key!r} is neither the number nor the name of a tool")
         try:
             tool = _make_tool(key, given)
         except ValueError as error:
@@ -294,9 +294,9 @@ def check_part(value: object) -> NominalPart | None:
 
 def check_shapes(value: object) -> dict[int, ToolShape]:
     found: dict[int, ToolShape] = {}
-    for key, shape in check_mapping(value, "a mapping from tool number to cylinders").items():
+    for key, shape in check_mapping(value, "a mapping from number or name of a tool to cylinders").items():
         if not _is_tool_number(key):
-            raise ValueError(f"{key!r} is not the number of a tool")
+            raise ValueError(f"{key!r} is neither the number nor the name of a tool")
         parts = tuple(shape) if isinstance(shape, tuple | list) else ()
         if not parts or not all(isinstance(one, Cylinder) for one in parts):
             raise ValueError(f"tool {key}: expected a sequence of Cylinder(part, diameter, length), got {shape!r}")

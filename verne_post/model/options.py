@@ -54,6 +54,7 @@ from verne_post.model.part_setup import (
     NominalPart,
     OwnStock,
     Tool,
+    ToolShape,
     WorkOffset,
     choose_number_or_name,
     list_setup_names,
@@ -78,12 +79,14 @@ if TYPE_CHECKING:
 
     # a key is a number or a name: the type of keys is invariant, and unions of mappings spoil those of values
     HeldTools = Converted[dict[int, Tool] | None, Mapping[Any, Tool | float | tuple[float, float]] | None]
+    HeldShapes = Converted[dict[int, ToolShape], Mapping[Any, Sequence[Cylinder]]]
     _Offset = WorkOffset | tuple[float, ...]
     HeldOffsets = Converted[
         dict[int, WorkOffset], Mapping[int, _Offset] | Mapping[str, _Offset] | Mapping[str | int, _Offset]
     ]
 else:
     HeldTools = dict[int, Tool] | None
+    HeldShapes = dict[int, Any]
     HeldOffsets = dict[int, WorkOffset]
 
 
@@ -424,15 +427,15 @@ class Options:
         ),
     ] = None
     tool_shapes: Annotated[
-        dict[int, Any],
+        HeldShapes,
         Checked(check_shapes),
         _describe_unlisted(
-            "Cutter, shank and holder of the tools, by number.",
+            "Cutter, shank and holder of the tools, by number or name.",
             Group.SAFETY,
             Changes.CHECKS,
-            takes=Mapping[int, Sequence[Cylinder]],
+            takes=Mapping[int | str, Sequence[Cylinder]],
         ),
-    ] = field(default_factory=dict)
+    ] = field(default_factory=dict)  # type: ignore[arg-type]
     part: Annotated[
         NominalPart | None,
         Checked(check_part),
@@ -574,7 +577,8 @@ class Options:
                 raise UsageError("options", f"{nameless[0]!r} has no name; write for example Options(tool_length=80)")
             for name in given:
                 if name not in OPTIONS:
-                    begun = [one for one in OPTIONS if one.startswith(name)]
+                    other = _FLAGS.get(f"--{name.replace('_', '-')}") or _OTHER_NAMES.get(name)
+                    begun = [other] if other else [one for one in OPTIONS if one.startswith(name)]
                     near = f"; did you mean {begun[0]}?" if len(begun) == 1 else suggest(name, OPTIONS)
                     raise UsageError(name, f"there is no such option{near}")
             given = _number_named_tools(given)
@@ -624,9 +628,17 @@ class Options:
         ------
         UsageError
         """
+        if "control" in values:  # tools given by name keep it
+            counted = {name: n for n, name in list_setup_names(self.control).items() if n >= FIRST_NAMED_TOOL}
+            values["control"] = _add_names(check_value("control", values["control"]), counted)
         return Options(**{**self.__dict__, **values})
 
     # --- what other packages derive from them ---
+
+    def list_by_name(self, name: str) -> dict[int | str, Any]:
+        """What an option says of each tool, by the name of a tool that has no number."""
+        names = list_setup_names(self.control)
+        return {choose_number_or_name(key, names): one for key, one in getattr(self, name).items()}
 
     @property
     def orientation_tolerance(self) -> float | None:
@@ -652,13 +664,16 @@ class Options:
         values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
         for name in ("wcs", "unmeasured_wcs"):
             values[name] = {name_system(number): one for number, one in values[name].items()}
-        names = list_setup_names(self.control)
-        for name in ("tools", "tool_shapes"):
-            values[name] = values[name] and {
-                choose_number_or_name(key, names): one for key, one in values[name].items()
-            }
+        for name in _OF_TOOLS:
+            values[name] = values[name] and self.list_by_name(name)
         values["control"] = {dialect: _hide_inner_numbers(keys) for dialect, keys in self.control.items()}
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
+
+
+#: Other words for options -> what they mean.
+_OTHER_NAMES: Final = {"work_offsets": "wcs", "work_offset": "wcs", "fixtures": "keep_out", "tool_table": "tools"}
+#: Options whose keys are tools, by number or name.
+_OF_TOOLS: Final[Mapping[str, Callable[[Any], Any]]] = {"tools": check_tools, "tool_shapes": check_shapes}
 
 
 def _number_named_tools(given: dict[str, Any]) -> dict[str, Any]:
@@ -666,32 +681,37 @@ def _number_named_tools(given: dict[str, Any]) -> dict[str, Any]:
 
     As of [tools] in a set-up. A name that ``control`` gives for any language keeps its number.
     """
-    tools, control = given.get("tools"), given.get("control", {})
-    if not isinstance(tools, Mapping) or not any(isinstance(key, str) for key in tools):
+    tables = {name: given[name] for name in _OF_TOOLS if isinstance(given.get(name), Mapping)}
+    if not any(isinstance(key, str) for table in tables.values() for key in table):
         return given
-    control = check_value("control", control)
+    control = check_value("control", given.get("control", {}))
     known = {name: number for number, name in list_setup_names(control).items()}
-    numbered: dict[Any, Any] = {}
     names: dict[str, int] = {}
-    for key, tool in tools.items():
-        number: Any = key
-        if isinstance(key, str) and key.isdecimal():
-            number = int(key)
-        elif isinstance(key, str):
-            after = 1 + max([FIRST_NAMED_TOOL - 1, *known.values(), *names.values()])
-            given_number = tool.number if isinstance(tool, Tool) and type(tool.number) is int else 0
-            number = names[key] = given_number or known.get(key, after)
-            try:
-                check_tools({number: tool})
-            except ValueError as error:
-                raise UsageError("tools", str(error).replace(f"tool {number}", f'tool "{key}"')) from None
-        if number in numbered:
-            raise UsageError("tools", f"{key!r}: there is a tool {number} already")
-        numbered[number] = tool
-    for dialect in NAMING_TOOLS if names else ():
-        keys = control.get(dialect, {})
-        control = {**control, dialect: {**keys, "tools": {**keys.get("tools", {}), **names}}}
-    return {**given, "tools": numbered, "control": control}
+    numbered: dict[str, Any] = {}
+    for option, table in tables.items():
+        numbered[option] = {}
+        for key, tool in table.items():
+            number: Any = key
+            if isinstance(key, str) and key.isdecimal():
+                number = int(key)
+            elif isinstance(key, str) and key.strip():
+                after = 1 + max([FIRST_NAMED_TOOL - 1, *known.values(), *names.values()])
+                own = tool.number if isinstance(tool, Tool) and type(tool.number) is int else 0
+                number = names[key] = own or names.get(key) or known.get(key, after)
+                try:
+                    _OF_TOOLS[option]({number: tool})
+                except ValueError as error:
+                    raise UsageError(option, str(error).replace(f"tool {number}", f'tool "{key}"')) from None
+            if number in numbered[option]:
+                raise UsageError(option, f"{key!r}: there is a tool {number} already")
+            numbered[option][number] = tool
+    return {**given, **numbered, "control": _add_names(control, names)}
+
+
+def _add_names(control: Mapping[str, Mapping[str, Any]], names: Mapping[str, int]) -> dict[str, Any]:
+    """The option ``control`` with the numbers of tools by name for each language that calls tools by names."""
+    own = {dialect: control.get(dialect, {}) for dialect in NAMING_TOOLS if names}
+    return {**control, **{one: {**keys, "tools": {**keys.get("tools", {}), **names}} for one, keys in own.items()}}
 
 
 class Option(Struct, frozen=True):
@@ -760,6 +780,10 @@ def _make_signature() -> "Signature":
     )
 
 
+#: How options are written on the command line -> their names.
+_FLAGS: Final = {spell_flag(name): name for name in OPTIONS}
+
+
 def _describe_option(name: str) -> list[str]:
     """Lines of a docstring: type and default; meaning, unit, bounds and the name on the command line."""
     from inspect import formatannotation
@@ -775,7 +799,12 @@ def _describe_option(name: str) -> list[str]:
     ]
     bounds = (describe_bounds(strip_bounds(one)[1]) for one in list_alternatives(option.kind))
     size = f"{next(filter(None, bounds), '')} {shown.unit}".strip()
-    facts = (shown.help, size and f"{size[0].upper()}{size[1:]}.", "" if flag == name else f"Command line: ``{flag}``.")
+    said = re.sub(r"--[a-z-]+", lambda found: _FLAGS.get(found[0], found[0]), shown.help)
+    facts = (
+        said,
+        "" if size in shown.help else f"{size[0].upper()}{size[1:]}.",
+        "" if flag == name else f"Command line: ``{flag}``.",
+    )
     return [
         f"    {name} : {_MODULES.sub('', ' or '.join(words))}, default {option.default()!r}",
         *wrap(
@@ -831,6 +860,7 @@ def check_value(name: str, value: Any) -> Any:
 
 def _make_refusal(name: str, value: object, reason: str) -> UsageError:
     shown = repr(value)
+    reason = reason.removesuffix(f", got {shown}")
     return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason}")
 
 

@@ -79,7 +79,7 @@ def _name_place(program: str, item: Finding) -> str:
     name, line = find_place(program, item)
     if line is None:
         return ""
-    return f" line {line}" if item.file is None else f" {make_printable(name)}:{line}"
+    return f" line {line}" if name == program else f" {make_printable(name)}:{line}"
 
 
 def count_results(outcomes: Sequence[Converted]) -> str:

@@ -15,8 +15,8 @@ from msgspec import Struct
 
 from verne_post.base.numbers import choose_decimals
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding
-from verne_post.model.verdict import SEVERITIES, Family, count_findings, find_family
+from verne_post.model.findings import Finding, describe_trial, list_found
+from verne_post.model.verdict import SEVERITIES, Family, count_findings, find_family, is_about_pose
 
 #: A rotary axis beyond its travel: until it is inside, what else the same lines break follows from it.
 _ROTARY: Final = ("VP102", "VP103")
@@ -51,6 +51,14 @@ class Cause(Struct, frozen=True):
     first: Finding
     others: tuple[Finding, ...]
     indices: tuple[int, ...]
+
+    def __repr__(self) -> str:
+        """As the commands print it: the first finding, what the others break, and what was tried or else helps."""
+        first, others = self.first, self.describe_others()
+        helps = [describe_trial(text) for text in list_found(first.remedies)]
+        if not helps and first.remedy and (first.severity == "error" or not is_about_pose(first.code)):
+            helps = [first.remedy]
+        return "\n    = ".join([str(first), *([f"also {others}"] if others else []), *helps])
 
     def describe_others(self) -> str:
         """By how much and in which lines the others break their limits, the worst place of each joint; or nothing."""

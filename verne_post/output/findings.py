@@ -109,7 +109,8 @@ def format_finding(program: str, item: Finding) -> str:
 
 def find_place(program: str, item: Finding) -> tuple[str, int | None]:
     """The file and line of a finding: the program's, or those of another file in which the mistake stands."""
-    return (program, item.line) if item.file is None else (item.file, item.file_line)
+    is_own = item.file is None or item.called is not None
+    return (program, item.line) if is_own else (item.file or "", item.file_line)
 
 
 def drop_repeated(reports: Sequence[Report], *, also_errors: bool = False) -> list[Report]:
@@ -331,7 +332,8 @@ def _name_program(remedy: str, program: str, run: Run) -> str:
     return make_printable(re.sub(r"verne-post setup INPUT|INPUT\.toml|INPUT", lambda found: words[found[0]], remedy))
 
 
-_OF_FILE: Final = ("file", "file_line", "file_column")
+#: Names of the place of a finding in another file than the program.
+OF_FILE: Final = ("file", "file_line", "file_column")
 _KEYS: Final = (
     "code",
     "severity",
@@ -347,7 +349,7 @@ _KEYS: Final = (
     "count",
     "lines",
     "remedies",
-    *_OF_FILE,
+    *OF_FILE,
 )
 
 
@@ -358,7 +360,7 @@ def make_records(findings: Sequence[Finding], program: str, run: Run = NO_RUN) -
         {
             **{key: getattr(item, key) for key in _KEYS},
             "message": item.full_message,
-            **({} if item.called is None else dict(zip(_OF_FILE, item.called, strict=True))),
+            **({} if item.called is None else dict(zip(OF_FILE, item.called, strict=True))),
             "remedies": list_found(item.remedies),
             "settled_by": [".".join(key) for key in item.settled_by],
             "remedy": describe_remedy(item, program, run),

@@ -34,8 +34,8 @@ _REASONS = 3
 
 #: The number of a block: of an N word (1), of Klartext (2).
 _BLOCK_NUMBER: Final = re.compile(r"\s*(?:(?:/\d*\s*)?N\s*(\d+)|/?\s*(\d+)\s+(?=[A-Z]))", re.IGNORECASE)
-#: The blank between a number and its unit, where no line ends; and what stands there while lines are made.
-_UNIT: Final = re.compile(r"(?<=\d) (?=(?:%|s|ms|mm|deg)\b|%)")
+#: The blank between a number and its unit or joint, where no line ends; what stands there while lines are made.
+_UNIT: Final = re.compile(r"(?<=\d) (?=(?:%|s|ms|mm|deg)\b|%)|(?:(?<=_mm)|(?<=_deg)) (?=[-\d])")
 _JOINED: Final = "\N{NO-BREAK SPACE}"
 
 #: Between the lines of a value that has several, such as one for each kind of limit.
