@@ -401,7 +401,7 @@ def test_a_refused_program_has_errors_and_one_count_in_every_format(seed: int) -
     assert count_shown(form["junit"], r"a\.nc:\d+: VP\d+ {}: ") == (errors, warnings)
     quiet = FORMATS["text"]([replace(report, shown=tuple(one for one in found if one.severity == "error"))], machine)
     assert count_shown(quiet, r"^a\.nc:\d+: VP\d+ {}: ") == (errors, 0)
-    written = json.loads(_write_results_json([outcome]))["programs"][0]
+    written = json.loads(_write_results_json([outcome], [report]))["programs"][0]
     assert (written["errors"], written["warnings"]) == (errors, warnings)
     table = format_batch([outcome], is_brief=True).splitlines()[1]
     assert ("refused" in table) == refused

@@ -7,7 +7,7 @@ from typing import Final
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
-from verne_post.output.findings import Report, format_causes, format_outcome
+from verne_post.output.findings import Report, describe_called, format_causes, format_outcome
 
 #: Notes about the control: whoever has read one of a run has settled it for all programs.
 _OF_THE_CONTROL: Final = ("VP047",)
@@ -37,4 +37,4 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     for remark in shared:
         key, _colon, text = remark.partition(": ")
         lines.append(make_printable(f"{key} in {format_count(counts[remark], 'program')}: {text}"))
-    return "".join(line + "\n" for line in lines)
+    return "".join(line + "\n" for line in lines + describe_called(reports))
