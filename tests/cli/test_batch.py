@@ -440,6 +440,74 @@ def test_an_empty_folder_is_told_in_every_report(
     assert Path("in/p0.nc").read_bytes() == before
 
 
+#: A program and a file that it calls, which is no program: Siemens, LinuxCNC, Klartext, Fanuc.
+CALLS = {
+    "siemens": ("T.MPF", "G90 G0 X0 Y0 Z50\nUP(4)\nM30\n", "UP.MPF", "PROC UP(REAL W)\nG1 X=W F900\nRET\n"),
+    "linuxcnc": ("t.ngc", "G0 X0 Y0 Z50\no<up> call [4]\nM2\n", "up.ngc", "o<up> sub\nG1 X#1 F900\no<up> endsub\n"),
+    "klartext": (
+        "T.H",
+        "L X+0 Y+0 Z+50 R0 FMAX\nCALL PGM UP\nM30\n",
+        "UP.H",
+        "BEGIN PGM UP MM\nL X+4 F900\nEND PGM UP MM\n",
+    ),
+    "fanuc": ("O1.nc", "O1\nG0 X0 Y0 Z50\nM98 P20\nM30\n", "O20.nc", "O20\nG1 X4. F900\nM99\n"),
+}
+
+
+@pytest.mark.parametrize("language", CALLS)
+def test_a_file_that_only_a_program_of_the_run_calls_is_checked_there(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, language: str
+) -> None:
+    """Alone it lacked its parameters, its tool or its end, and failed the check of a folder that is right."""
+    monkeypatch.chdir(tmp_path)
+    main, text, name, called = CALLS[language]
+    Path("p").mkdir()
+    Path("p", main).write_text(text)
+    Path("p", name).write_text(called)
+    note = f"not checked alone: {Path('p', name)}, called by {Path('p', main)}\n"
+    place = ("--tool-length", "100", "--wcs", "G54=0,0,20")
+    answer = run("check", "p", *place, "--markdown", "m.md")
+    assert (answer.code, answer.out.endswith(note), "1 can run" in Path("m.md").read_text()) == (0, True, True)
+    (record,) = json.loads(run("check", "p/*", *place, "--output-format", "json").out)["programs"]
+    assert (record["program"], record["called"]) == (str(Path("p", main)), [str(Path("p", name))])
+    answer = run("batch", "p", "-o", "o", *place, "-j", 1)
+    assert (answer.code, note in answer.err, "1 program" in answer.out) == (0, True, True), answer.err
+    assert name not in run("check", "p", "--quiet", *place).out
+    # named, with a set-up of its own, or with the end of a program, it is one
+    assert f"{Path('p', name)}: refused" in run("check", "p", Path("p", name)).out
+    Path("p", main).write_text(
+        text.replace("UP(4)", "").replace("o<up> call [4]", "").replace("CALL PGM UP", "").replace("M98 P20", "")
+    )
+    assert "not checked alone" not in run("check", "p", *place).out
+    Path("p", main).write_text(text)
+    Path("p", f"{name}.toml").write_text("")
+    assert "not checked alone" not in run("check", "p", *place).out
+
+
+def test_files_that_only_call_each_other_are_checked(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for one, other in (("A", "B"), ("B", "A")):
+        Path(f"{one}.H").write_text(f"BEGIN PGM {one} MM\nCALL PGM {other}\nEND PGM {one} MM\n")
+    answer = run("check", ".")
+    assert (answer.code, answer.out.count("refused"), "not checked" in answer.out) == (2, 3, False)
+
+
+@pytest.mark.skipif(not shutil.which("git"), reason="needs git")
+def test_a_called_file_that_has_changed_is_checked_by_its_callers(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    main, text, name, called = CALLS["klartext"]
+    Path(main).write_text(text)
+    Path(name).write_text(called)
+    subprocess.run(["git", "init", "-q"], check=True)
+    subprocess.run(["git", "add", "."], check=True)
+    answer = run("check", "--changed", name, "--tool-length", "100", "--wcs", "G54=0,0,20")
+    assert (answer.code, f"{main}: can run" in answer.out, f"{name}: " in answer.out) == (0, True, False), answer.out
+
+
 def test_an_empty_folder_does_not_stop_the_programs_beside_it(folder: Path, run: Callable[..., Any]) -> None:
     """A job that names a folder before it is filled still tells of all the others, and has the gravest status."""
     Path("empty").mkdir()

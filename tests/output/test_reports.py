@@ -139,13 +139,16 @@ def test_sarif_is_cut_where_hosts_stop_reading() -> None:
     assert "1 further findings" in one["invocations"][0]["toolExecutionNotifications"][0]["message"]["text"]
 
 
-def test_a_note_about_the_control_is_told_in_one_line_once_a_run() -> None:
-    """Programs with taps printed three lines each."""
-    tapped = make_finding("VP047", "the control must couple the spindle", line=1)
-    text = FORMATS["text"]([Report(name, (tapped,), source=b"G84 Z-5\n") for name in ("a.nc", "b.nc")], None)
+def test_a_note_about_the_control_is_told_whole_once_a_run_and_named_in_every_program() -> None:
+    """Programs with taps printed three lines each; then the second one, with another pitch, none."""
+    notes = [f"the control must couple the spindle ({pitch} mm a turn)" for pitch in (1.25, 1.75)]
+    tapped = [make_finding("VP047", f"{note}: events have the speed", line=1) for note in notes]
+    reports = [Report(name, (item,), source=b"G84 Z-5\n") for name, item in zip(("a.nc", "b.nc"), tapped, strict=True)]
+    text = FORMATS["text"](reports, None)
     assert text.splitlines() == [
-        "a.nc:1: VP047 note: the control must couple the spindle",
+        f"a.nc:1: VP047 note: {notes[0]}: events have the speed",
         "a.nc: can run: 0 errors, 0 warnings",
+        f"b.nc:1: VP047 note: {notes[1]}",
         "b.nc: can run: 0 errors, 0 warnings",
     ]
 
@@ -401,7 +404,7 @@ def test_a_refused_program_has_errors_and_one_count_in_every_format(seed: int) -
     assert count_shown(form["junit"], r"a\.nc:\d+: VP\d+ {}: ") == (errors, warnings)
     quiet = FORMATS["text"]([replace(report, shown=tuple(one for one in found if one.severity == "error"))], machine)
     assert count_shown(quiet, r"^a\.nc:\d+: VP\d+ {}: ") == (errors, 0)
-    written = json.loads(_write_results_json([outcome]))["programs"][0]
+    written = json.loads(_write_results_json([outcome], [report]))["programs"][0]
     assert (written["errors"], written["warnings"]) == (errors, warnings)
     table = format_batch([outcome], is_brief=True).splitlines()[1]
     assert ("refused" in table) == refused

@@ -1153,6 +1153,11 @@ def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callabl
         # nobody ticks paper, and the curves of both are to be compared
         assert not browser.find_element("id", "rapids").is_displayed()
         assert js(browser, "getComputedStyle(document.getElementById('curves')).breakInside") == "avoid"
+    show("two", "phone")
+    with on_paper(browser):  # below one another they did not fit below the paths: a page with a few lines came last
+        tops = js(browser, "[...document.querySelectorAll('#curves .side')].map(e => e.getBoundingClientRect().top)")
+        assert len(tops) == 2
+        assert tops[0] == tops[1]
 
 
 @pytest.mark.parametrize(

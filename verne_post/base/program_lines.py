@@ -15,6 +15,11 @@ _REMARKS_IN_PARENTHESES: Final = r"\([^)]*\)?|;.*"
 LONGEST_LINE: Final = 16000
 
 
+def split_lines(text: str) -> list[str]:
+    """Lines without their ends and without the mark of UTF-8, as the readers of programs count them."""
+    return [line.removesuffix("\r") for line in text.removeprefix("\ufeff").split("\n")]
+
+
 def remove_remarks(line: str, dialect: str = "") -> str:
     """A line with blanks for its remarks; without a dialect, those in parentheses and after a semicolon."""
     return re.sub(_REMARKS.get(dialect, _REMARKS_IN_PARENTHESES), _blank, line)

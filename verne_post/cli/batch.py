@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from verne_post.cli.jobs import Job, Outcome
     from verne_post.model.findings import Finding
     from verne_post.model.machine import Machine
+    from verne_post.output.findings import Report
 
 
 @click.command("batch", cls=GroupedCommand, short_help="Convert many programs, each with its own set-up.")
@@ -100,11 +101,12 @@ def command(
     share = _share(shard)
     paths = given["subroutine_path"]
     try:
-        programs = find_programs(
+        programs, called = find_programs(
             inputs,
             lambda name: files.note_read(name, f"program {name}"),
             output,
             may_lack=output.exists(),  # old rows of what is gone must go
+            folders=paths,
         )
         names = [name for name, _place in programs] or [""]
         expect_options(files, names, given)
@@ -121,7 +123,7 @@ def command(
         _report_failure(files, report_files, github, Verdict.USAGE_ERROR, text, ())
         raise
     from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
-    from verne_post.output.findings import Report, describe_unchecked, drop_repeated
+    from verne_post.output.findings import Report, drop_repeated, list_unchecked
 
     left_over = find_left_over(every)
     _claim(files, every, output, paths)
@@ -141,6 +143,7 @@ def command(
             elapsed_s=one.elapsed_s,
             machine=None if machines[one.program] is machine else machines[one.program],
             run=find_given_run(given),
+            called=tuple(name for name, caller in called.items() if caller == one.program),
         )
         for one in outcomes
     ]
@@ -168,12 +171,11 @@ def command(
 
         print_as_is(REPORTS["github"](reports, machine))
     if not quiet:
-        unchecked = describe_unchecked([one.unchecked for one in outcomes])
-        echo("".join(f"{line}\n" for line in unchecked), nl=False, err=True)
+        echo("".join(f"{line}\n" for line in list_unchecked(reports)), nl=False, err=True)
         echo(
             format_batch(outcomes, is_brief=True, machines={name: one.name for name, one in machines.items()}), nl=False
         )
-    files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
+    files.write(output / "batch.json", _LIST, [_write_results_json(outcomes, reports)])
     return find_gravest([outcome.status for outcome in outcomes])
 
 
@@ -298,7 +300,7 @@ def _read_text(files: RunFiles, program: str) -> bytes:
         return b""
 
 
-def _write_results_json(outcomes: "Sequence[Outcome]") -> str:
+def _write_results_json(outcomes: "Sequence[Outcome]", reports: "Sequence[Report]") -> str:
     """The results for programs; the same whoever made them, and whether they were made again."""
     counts = [count_causes(one.findings) for one in outcomes]
     programs = [
@@ -310,7 +312,8 @@ def _write_results_json(outcomes: "Sequence[Outcome]") -> str:
             "errors": errors,
             "warnings": warnings,
             "unchecked": one.unchecked,
+            "called": report.called,
         }
-        for one, (errors, warnings) in zip(outcomes, counts, strict=True)
+        for one, report, (errors, warnings) in zip(outcomes, reports, counts, strict=True)
     ]
     return format_json({"schema": 1, "programs": programs}, 2) + "\n"

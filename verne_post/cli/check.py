@@ -128,6 +128,7 @@ def command(
     """Check programs against every limit, without writing setpoints.
 
     INPUT may be a file, a folder of programs, or a pattern: verne-post check part.nc programs "more/op*.nc"
+    A subprogram of a folder or pattern is checked where it is called.
 
     No rows are written. --decimals, --units and --accept-rounding say how `convert` would round them: check refuses a
     program where rounding alone exceeds a limit (VP018).
@@ -146,8 +147,15 @@ def command(
         return ExitStatus.CLEAN
     files = RunFiles()
     programs, lacking = [], None
+    called: dict[str, str] = {}
     try:
-        found = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=True)
+        found, called = find_programs(
+            inputs,
+            lambda name: files.note_read(name, PROGRAM),
+            may_lack=True,
+            folders=given["subroutine_path"],
+            are_asked=not changed,
+        )
         programs = [name for name, _place in found]
     except click.UsageError as error:  # every report that is asked for says it
         lacking = error
@@ -194,7 +202,8 @@ def command(
     for name in programs:
         policy, level = policies[name]
         report = _check_one(files, name, machines[name], given, quiet=still, limits_only=limits_only)
-        report = replace(report, fail_level=level)
+        own_files = tuple(show_name(one) for one, caller in called.items() if caller == name)
+        report = replace(report, fail_level=level, called=own_files)
         everything.append(report if machines[name] is machine else replace(report, machine=machines[name]))
         reports.append(apply_policy(everything[-1], policy))
         status = find_exit_status(reports[-1].findings, level)
@@ -256,7 +265,7 @@ def _check_one(
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":
     """A report that prints no notes and remarks, and warnings only if they are asked for. It counts them all."""
     kept = ("error", "warning") if warnings else ("error",)
-    return replace(report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=())
+    return replace(report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=(), called=())
 
 
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:

@@ -136,6 +136,7 @@ def read_program_text(
     from verne_post.config.subprograms import collect_subprograms
     from verne_post.model.findings import UsageError, make_input_error
 
+    files.called_texts = {}
     suffix = Path(name).suffix.lower()
     kind = _NO_PROGRAMS.get(suffix)
     source = _read_text(files, name, options.max_megabytes) if kind is None or suffix == ".toml" else b""
@@ -154,6 +155,7 @@ def read_program_text(
         )
     except UsageError as error:
         raise click.UsageError(f"{error.option} {error.reason}") from None
+    files.called_texts = {names[name]: text for name, text in found.items()}
     return source, options.changed(subroutines=found, subroutine_files=names)
 
 

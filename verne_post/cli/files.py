@@ -119,6 +119,8 @@ class RunFiles:
         self._asked: set[str] = set()
         #: Names of TOML files in the order of reading; emptied before the options of each of several programs.
         self.tables: list[str] = []
+        #: Texts of the files that the last program read may call, by their names in findings.
+        self.called_texts: Mapping[str, bytes] = {}
         for stream in (sys.stdout, sys.stderr):
             self._written.update(dict.fromkeys(_make_stream_keys(stream), ("standard output", "")))
 
@@ -233,13 +235,10 @@ class RunFiles:
 
         from verne_post.base.long_text import take_line
 
-        for _what, name in reversed(self._read.values()):  # it may be checked as a program, too
-            if Path(name).name == Path(place.file).name:
-                with suppress(OSError):
-                    raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
-                    line = (take_line(raw, place.line) or b"").decode("utf-8", errors="replace")
-                    return replace(item, file_text=line.rstrip("\r"))
-        return item
+        if place.file not in self.called_texts:
+            return item
+        line = (take_line(self.called_texts[place.file], place.line) or b"").decode("utf-8", errors="replace")
+        return replace(item, file_text=line.rstrip("\r"))
 
     def _find_size(self, item: "Finding") -> "Finding":
         """A finding about a tool, a work system, a fixture or the stock, at its key in the set-up or settings file."""

@@ -82,7 +82,7 @@ def find_beside(word: Word, words: Sequence[Word], codes: Sequence[str], dialect
     """The code beside which a letter of a line means something else, and what, with {} for its value; empty without."""
     if word.name[0] == ",":
         return ",", OF_CORNERS[word.name[1:]]
-    if argument := _GRAMMARS[dialect].find_argument(word, words):
+    if {"G65", "G66"}.intersection(codes) and (argument := _GRAMMARS[dialect].find_argument(word, words)):
         return argument
     of_codes = OF_LETTERS.get(dialect, {})
     code = next((one for one in codes if word.name in of_codes.get(one, {})), "")

@@ -48,6 +48,7 @@ class Report(Struct, frozen=True):
     shown: tuple[Finding, ...] | None = None  #: What the text prints of them, where that is not all; all are counted.
     fail_level: Severity = "error"  #: Findings of this severity and graver ones refuse the program.
     run: Run = Run()  #: What commands that help with it repeat of this run.
+    called: tuple[str, ...] = ()  #: Files that are checked where it calls them, and not alone.
 
     @property
     def verdict(self) -> Verdict:
@@ -92,8 +93,14 @@ def describe_unchecked(texts: Sequence[str]) -> list[str]:
 
 
 def list_unchecked(reports: Sequence[Report]) -> list[str]:
-    """What was not checked in the programs of reports."""
-    return describe_unchecked([report.unchecked for report in reports])
+    """What was not checked in the programs of reports, and files that were not checked alone."""
+    return describe_unchecked([report.unchecked for report in reports]) + describe_called(reports)
+
+
+def describe_called(reports: Sequence[Report]) -> list[str]:
+    """One line that names the files which were checked only where programs call them; none without such files."""
+    named = [f"{', '.join(report.called)}, called by {report.program}" for report in reports if report.called]
+    return [make_printable(f"not checked alone: {'; '.join(named)}")] if named else []
 
 
 def format_finding(program: str, item: Finding) -> str:

@@ -1,4 +1,4 @@
-"""Which texts are subprograms, and the program that calls a file: its own run alone tells what is wrong in it."""
+"""The program that calls a file, whose own run alone tells what is wrong in it, and texts that execute that file."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -6,30 +6,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from verne_post.base.program_lines import find_end, remove_remarks
-from verne_post.cli.lsp.places import split_lines
+from verne_post.base.program_lines import remove_remarks, split_lines
+from verne_post.cli.called_files import LANGUAGES, PROC, SUB, has_call, is_subprogram, list_code
 from verne_post.cli.program_folders import PROGRAMS
-from verne_post.config.subprograms import names_file
-from verne_post.gcode.dialects import find_dialect_name
 
 #: Files beside a subprogram in which its call is sought; bytes of each, and of all: they are read while it is typed.
 MOST_NEIGHBOURS: Final = 1_000
 LARGEST_NEIGHBOUR: Final = 2_000_000
 MOST_SEARCHED: Final = 100_000_000
-_SUB: Final = re.compile(r"O\s*(<[^<>]+>|\d+)\s*SUB\b", re.IGNORECASE)
-_ENDSUB: Final = re.compile(r"O\s*(?:<[^<>]+>|\d+)\s*ENDSUB\b", re.IGNORECASE)
-#: An O number that heads a program, and is no statement of LinuxCNC.
-NUMBER: Final = re.compile(r"[O:]\s*(\d+)(?!\d)(?!\s*[A-Z]{2})", re.IGNORECASE)
-_M99: Final = re.compile(r"(?<![A-Z_])M0*99(?!\d)", re.IGNORECASE)
-_PROC: Final = re.compile(r"(?:N\d+\s*)?PROC\b", re.IGNORECASE)
-#: Where Siemens has the name of a subprogram, or of a variable that is called alike, and does not call it.
-_NO_CALL: Final = re.compile(
-    r"^[ \t]*(?:N\d+[ \t]*)?(?:DEF|PROC|EXTERN|GOTO[BFC]?|REPEATB?|IF|WHILE|UNTIL|FOR|CASE)\b.*"
-    r'|(?<!CALL)(?<!CALL )"[^"]*"|\b\w+[ \t]*(?:=.*|:)',
-    re.IGNORECASE,
-)
-#: Languages by the endings of files that no other one calls; G-code has all other endings.
-_LANGUAGES: Final = {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}
 #: Lines that lead elsewhere: a branch, a loop, a jump, and an end.
 _FLOW: Final = re.compile(
     r"[ \t/]*(?:N\d+[ \t]*)?(?:O[ \t]*(?:<[^<>]+>|\d+)[ \t]*(?:DO|RETURN|BREAK|CONTINUE|ELSE|(?:END|ELSE)?IF"
@@ -38,47 +22,17 @@ _FLOW: Final = re.compile(
     r"|M0*(?:99|17)|RET|\d*[ \t]*FN[ \t]*(?:9|1[0-2])[ \t]*:)(?![A-Z_]).*",
     re.IGNORECASE,
 )
-_RET: Final = re.compile(r"(?:N\d+\s*)?(?:RET\b|M17(?!\d))", re.IGNORECASE)
-
-
-def list_code(text: str, dialect: str) -> list[str]:
-    """The lines of a text that have words, without remarks and lines of %."""
-    lines = (remove_remarks(line, dialect).strip() for line in split_lines(text))
-    return [line for line in lines if line and not line.startswith("%")]
-
-
-def may_be_called(text: str, dialect: str, name: str) -> bool:
-    """Whether a text may be a subprogram: it does not end the program, which in Siemens leads back from an SPF file."""
-    if dialect == "aptcl":
-        return False
-    return name.lower().endswith(".spf") or find_end(reversed(split_lines(text))) is None
-
-
-def is_subprogram(text: str, dialect: str, name: str) -> bool:
-    """Whether a text is a subprogram and nothing else, whoever calls it. Klartext writes both in one way."""
-    if not may_be_called(text, dialect, name) or not (code := list_code(text, dialect)):
-        return False
-    if dialect == "siemens":
-        heads = [number for number, line in enumerate(code) if _PROC.match(line)]
-        return name.lower().endswith(".spf") or heads[:1] == [0] or (not heads and _RET.match(code[-1]) is not None)
-    if dialect in ("rs274", "fanuc"):
-        if _SUB.match(code[0]) and _ENDSUB.match(code[-1]):
-            return True
-        # behind another program, whose end is missing, it is none
-        is_alone = not any(map(NUMBER.match, code[1:]))
-        return is_alone and any(map(_M99.search, code))
-    return False
 
 
 def is_head(line: str) -> bool:
     """Whether a line begins a subprogram; a call leads to the line below it."""
-    return any(head.match(line.lstrip()) for head in (_SUB, _PROC))
+    return any(head.match(line.lstrip()) for head in (SUB, PROC))
 
 
 def add_call(text: str, dialect: str) -> str:
     """The text of a subprogram that ends with ``o<name> endsub``, and a call of it, so that its lines are executed."""
     code = list_code(text, dialect)
-    head = _SUB.match(code[0]) if code else None
+    head = SUB.match(code[0]) if code else None
     if head is None:
         return text
     return re.sub(r"\n%\s*$", "\n", text).rstrip() + f"\no{head[1]} call\nM2\n"
@@ -120,7 +74,7 @@ class Callers:
 
     def _find_language(self, path: Path) -> str:
         """The language of a caller by its ending: what G-code, Siemens and Klartext write at the end differs."""
-        return _LANGUAGES.get(path.suffix.lower(), "rs274")
+        return LANGUAGES.get(path.suffix.lower(), "rs274")
 
     def read(self, path: Path, texts: Mapping[Path, str]) -> str:
         """The text of a file, as the editor shows it, or from the disk; empty where it cannot be read."""
@@ -163,19 +117,5 @@ class Callers:
         if stamp is None:
             return False
         if (one, path) not in self._known or self._known[one, path][0] != stamp:
-            self._known[one, path] = stamp, _has_call(self._read_bytes(one, texts), one, path)
+            self._known[one, path] = stamp, has_call(self._read_bytes(one, texts), one, path)
         return self._known[one, path][1]
-
-
-def _has_call(source: bytes, one: Path, path: Path) -> bool:
-    """Whether the text of a file has a statement, outside remarks, that calls another file in the language of that."""
-    own = _LANGUAGES.get(path.suffix.lower(), "rs274")
-    if not names_file(source, path):
-        return False
-    dialect = find_dialect_name("auto", source, one.name) or own
-    if ("rs274" if dialect == "fanuc" else dialect) != own:
-        return False
-    lines = (remove_remarks(line, dialect) for line in split_lines(source.decode("utf-8", errors="replace")))
-    if dialect == "siemens":
-        lines = (_NO_CALL.sub("", line) for line in lines)
-    return names_file("\n".join(lines).encode(), path)

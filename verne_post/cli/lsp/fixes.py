@@ -18,12 +18,12 @@ from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.pasted import translate_pasted
 from verne_post.base.printable import quote_key
-from verne_post.base.program_lines import find_word, find_word_of, remove_remarks, write_like
+from verne_post.base.program_lines import find_word, find_word_of, remove_remarks, split_lines, write_like
 from verne_post.base.stopping import stop_by
 from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError, require_wanted
-from verne_post.cli.lsp.places import MARK, cut_file, find_range, split_lines
+from verne_post.cli.lsp.places import MARK, cut_file, find_range
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import (

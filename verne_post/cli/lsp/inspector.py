@@ -23,15 +23,15 @@ from verne_post.app.line_remedies import Line
 from verne_post.app.plan import Tell
 from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.long_text import Text
-from verne_post.base.program_lines import remove_remarks
+from verne_post.base.program_lines import remove_remarks, split_lines
 from verne_post.base.stopping import stop_by
+from verne_post.cli.called_files import is_subprogram, may_be_called
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_variable
-from verne_post.cli.lsp.callers import Callers, add_call, is_head, is_subprogram, may_be_called, straighten
+from verne_post.cli.lsp.callers import Callers, add_call, is_head, straighten
 from verne_post.cli.lsp.outline import Named, Outline
-from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
 from verne_post.cli.programs import is_setup
 from verne_post.cli.setups import NONE

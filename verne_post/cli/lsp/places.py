@@ -32,11 +32,6 @@ _NAMED_IN_TOML: Final = re.compile("not a TOML file: (.+?): ")
 MARK: Final = "\ufeff"
 
 
-def split_lines(text: str) -> list[str]:
-    """Lines without their ends and without the mark of UTF-8, as the readers of programs count them."""
-    return [line.removesuffix("\r") for line in text.removeprefix(MARK).split("\n")]
-
-
 def skip_mark(place: lsp.Range, text: str) -> lsp.Range:
     """A place in the lines of a text, with the mark of UTF-8 counted where that stands before it."""
     begin, end = (

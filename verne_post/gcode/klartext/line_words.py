@@ -155,10 +155,14 @@ def _read_cycle(r: LineReader) -> None:
         )
 
 
+@cache
+def _match_names(first: str) -> str:
+    return "|".join(map(re.escape, sorted(WORDS_OF_STATEMENTS.get(first, {}), key=len, reverse=True)))
+
+
 def _read_word(r: LineReader, statement: str) -> None:
     first = statement.partition(" ")[0]
-    own = WORDS_OF_STATEMENTS.get(first, {})
-    names = "|".join(map(re.escape, sorted(own, key=len, reverse=True)))
+    own, names = WORDS_OF_STATEMENTS.get(first, {}), _match_names(first)
     if match := r.take(rf"(Q\d+)[ \t]*=[ \t]*(F?(?:MAX|AUTO)|PREDEF|{_NUMBER})"):
         meaning = vocabulary.describe_parameter(int(match[1][1:])) or "a value of the cycle"
         is_number = re.fullmatch(r"[-+ \d.,]+|[A-Z]+", match[2])

@@ -23,6 +23,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
                 "verdict": report.verdict,
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
                 "unchecked": report.unchecked,
+                "called": report.called,
                 "findings": make_records(report.findings, report.program, report.run),
             }
         )

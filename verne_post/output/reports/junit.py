@@ -8,7 +8,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict, is_about_pose
 from verne_post.output.causes import find_first_error
-from verne_post.output.findings import Report, describe_unchecked, format_causes, format_outcome
+from verne_post.output.findings import Report, format_causes, format_outcome, list_unchecked
 
 #: Characters that XML cannot hold, made visible.
 _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | {0xFFFE: "?", 0xFFFF: "?", 0x7F: "?"}
@@ -61,7 +61,7 @@ def _make_case(report: Report, machine: Machine | None) -> ElementTree.Element:
     lines = []
     for shown in format_causes(report.program, report.findings, report.source, report.run):
         lines += shown
-    text, output = _clean("\n".join(lines)), describe_unchecked([report.unchecked])
+    text, output = _clean("\n".join(lines)), list_unchecked([report])
     if (first := find_first_error(report.findings)) is not None:
         kind = "failure" if is_about_pose(first.code) else "error"
         ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.full_message)).text = text

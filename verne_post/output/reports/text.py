@@ -2,14 +2,15 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
-from verne_post.output.findings import Report, format_causes, format_outcome
+from verne_post.output.findings import Report, describe_called, format_causes, format_finding, format_outcome
 
-#: Notes about the control: whoever has read one of a run has settled it for all programs.
+#: Notes about the control, whose text is long: the first program of a run has it whole.
 _OF_THE_CONTROL: Final = ("VP047",)
 
 
@@ -28,6 +29,8 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
         own_causes = [item for item in findings if item.code not in told]
         for cause in format_causes(report.program, own_causes, report.source, report.run):
             lines += cause
+        for item in (item for item in findings if item.code in told):
+            lines.append(format_finding(report.program, replace(item, message=item.message.partition(": ")[0])))
         told |= {item.code for item in report.findings if item.code in _OF_THE_CONTROL}
         time = "" if report.cycle_time_s is None else f", machining time {report.cycle_time_s:.3f} s"
         own = report.machine or machine
@@ -37,4 +40,4 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     for remark in shared:
         key, _colon, text = remark.partition(": ")
         lines.append(make_printable(f"{key} in {format_count(counts[remark], 'program')}: {text}"))
-    return "".join(line + "\n" for line in lines)
+    return "".join(line + "\n" for line in lines + describe_called(reports))
