@@ -103,10 +103,10 @@ class RodGeometry(Struct, frozen=True, dict=True, eq=False):
         return float(self.rod_lengths.min())
 
     def find_sliders(self, centre: Array, alpha: Array, arms: Array) -> tuple[Array, Array]:
-        """:meth:`slide` to ``w = centre + Rx(alpha) arm - b``."""
-        return self.slide(centre[..., None, :] + rotate_x(arms, alpha[..., None]) - self.feet)
+        """:meth:`move_sliders` to ``w = centre + Rx(alpha) arm - b``."""
+        return self.move_sliders(centre[..., None, :] + rotate_x(arms, alpha[..., None]) - self.feet)
 
-    def slide(self, away: Array) -> tuple[Array, Array]:
+    def move_sliders(self, away: Array) -> tuple[Array, Array]:
         """Sliders (..., 6), one for each rod, that reach w (..., 6, 3), and squared drops along the rails."""
         along = (away * self.rails).sum(axis=-1)
         drops2 = self.rod_lengths**2 - (away**2).sum(axis=-1) + along**2

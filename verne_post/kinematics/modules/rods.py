@@ -136,7 +136,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         for _ in range(STEPS):
             turned = rotate_x(arms, alpha[..., None])
             away = centre[..., None, :] + turned - self.feet
-            sliders, drops2 = self.slide(away)
+            sliders, drops2 = self.move_sliders(away)
             gaps = sliders - sliders[..., self.first_rods][..., self.slider_of]
             rods = away - sliders[..., None] * self.rails
             rates = (rods[..., 2] * turned[..., 1] - rods[..., 1] * turned[..., 2]) / (self.sides * np.sqrt(drops2))
