@@ -31,6 +31,8 @@ STEP_MM: Final = 0.1
 STRETCH_MM: Final = 1.0
 #: Short spans of feed motion that are checked together at most: those that turn about the tip have no length.
 MOST_TOGETHER: Final = 10
+#: In a contact that goes on, stretches that are cut and checked together at most: it is an error already.
+MOST_IN_CONTACT: Final = 16
 #: Smaller stretches, where one enters or leaves the way that the tool has cut.
 FINE_MM: Final = 0.05
 #: Stands for an enlargement by what may lie between rays.
@@ -238,12 +240,19 @@ class _Run:
                 continue
             for group in _group_spans(part, tip, axis):
                 tips, axes = (np.append(one[group, 0], one[group[-1:], 1], axis=0) for one in (tip, axis))
-                stretches = [(tips, axes)] if len(group) > 1 else _split_span(tips, axes, STRETCH_MM)
-                for at_tip, at_axis in stretches:
+                stretches = [(tips, axes)] if len(group) > 1 else [*_split_span(tips, axes, STRETCH_MM)]
+                stands = (axes[0] == axes).all()  # a cutter that turns can cut what another body would have met
+                done, together = 0, 1
+                while done < len(stretches):
+                    some = stretches[done : done + together]
+                    at_tip, at_axis = some[0] if len(some) == 1 else _join_stretches(some)
                     self._cut(rows[group], *_list_pairs(at_tip, at_axis), tool.cutter)
                     self._check(rows[group], at_tip, at_axis, tool)
                     if self.only_first and self.is_over:
                         return
+                    done += together
+                    touches = any(self.depth.get((int(rows[group[-1]]), name), 0.0) > 0 for name in tool.others)
+                    together = min(2 * together, MOST_IN_CONTACT) if touches and stands else 1
             self._break(rows[part], tip[part], axis[part], tool)
         past.append(np.stack([tip, axis], axis=1))
 
@@ -379,12 +388,15 @@ class _Run:
         long, lifts = max(piece.high for piece in body), self.tools[int(self.spans.tool[row])].widens_upwards
         ways = _find_ways(past, tip, axis, long)
 
-        def follows(part: tuple[Array, Array], finer: float) -> bool:
-            if not self._is_touching(*part, body, RESOLVED) or _follows(part, ways, long, lifts):
+        def follows(part: tuple[Array, Array], size: float) -> bool:
+            if _follows(part, ways, long, lifts) or not self._is_touching(*part, body, RESOLVED):
                 return True
-            return finer > 0 and all(follows(one, 0.0) for one in _split_span(*part, finer))
+            if size == FINE_MM:
+                return False
+            size = 0.5 * size if size > STRETCH_MM else FINE_MM
+            return all(follows(one, size) for one in _split_span(*part, size))
 
-        if all(follows(part, FINE_MM) for part in _split_span(tip, axis, STRETCH_MM)):
+        if follows((tip, axis), max(float(np.linalg.norm(tip[1] - tip[0])), STRETCH_MM)):
             return True
         (_tip, last_tip), (_axis, last_axis) = past[-1]
         was_here = np.abs(last_tip - stood[0]).max() <= TOUCH_MM and np.abs(last_axis - stood[1]).max() == 0
@@ -487,6 +499,12 @@ def _split_span(tip: Array, axis: Array, long: float) -> Iterator[tuple[Array, A
     axes /= np.linalg.norm(axes, axis=1)[:, None]
     for k in range(parts):
         yield tips[k : k + 2], axes[k : k + 2]
+
+
+def _join_stretches(stretches: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """From the beginning of the first stretch to the end of the last."""
+    (tips, axes), (last_tips, last_axes) = stretches[0], stretches[-1]
+    return np.stack([tips[0], last_tips[1]]), np.stack([axes[0], last_axes[1]])
 
 
 def _list_pairs(tip: Array, axis: Array) -> tuple[Array, Array]:
