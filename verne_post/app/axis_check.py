@@ -32,6 +32,8 @@ _TURN_DEG: Final = 30.0
 _SLACK_DEG: Final = 0.5
 #: Degrees by which the angles before and after a lost point differ less.
 _EVEN_DEG: Final = 5.0
+#: Part of that difference by which the steps of a surface, with the point, differ from its half.
+_UNEVEN: Final = 0.25
 #: So many times as far as in the cuts beside it, the tip may go in a cut that is in doubt.
 _TIMES_STEP: Final = 3.0
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
@@ -123,11 +125,26 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
         for component in range(3):
             other = own[row].copy()
             other[component] *= -1.0
-            aside = tip[[at - 1, at + 1], component] - tip[at, component]
-            is_back = (aside > _BACK).all() or (aside < -_BACK).all()
-            if not is_back and np.abs(aside).max() <= _ASIDE and middle[row] @ other > _AGREES:
+            aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
+            is_back = _goes_behind(tip[at - 1 : at + 2], own[row] - other)
+            if not is_back and aside <= _ASIDE and middle[row] @ other > _AGREES:
                 yield at, component
                 break
+
+
+def _find_change(moves: Moves, coordinates: Coordinates, at: int, axis: int) -> Array:
+    """By what the tool axis of a move (3,) differs from that with the other sign of a rotary axis; 0: no meaning."""
+    ends = np.tile(moves.end[at], (2, 1))
+    ends[1, 3 + axis] *= -1.0
+    one, other = (coordinates.find_tool_axis(end, moves.frames[moves.frame[at]]) for end in ends.tolist())
+    return np.zeros(3) if one is None or other is None else one - other
+
+
+def _goes_behind(tip: Array, change: Array) -> bool:
+    """Whether a tip (3, 3) goes along the change of its axis and comes back at once, as to the other side of a rib."""
+    aside = (tip[[0, 2]] - tip[1]) @ change
+    least = _BACK * float(np.linalg.norm(change))
+    return bool((aside > least).all() or (aside < -least).all())
 
 
 def _find_cuts(kind: NDArray[np.int8]) -> NDArray[np.bool_]:
@@ -139,54 +156,58 @@ def _find_cuts(kind: NDArray[np.int8]) -> NDArray[np.bool_]:
     return cuts
 
 
-def check_rotary_words(source: Text, moves: Moves, from_move: int = 0) -> Iterator[Finding]:
-    """VP056 and VP505: the sign and the decimal point of a rotary word are in doubt; one finding of each a program.
+def check_rotary_words(source: Text, moves: Moves, coordinates: Coordinates, from_move: int = 0) -> Iterator[Finding]:
+    """VP056 and VP505: the sign and the decimal point of a rotary word are in doubt; one finding of each a file.
 
-    With the other sign, or a tenth, its angle is between those of the cuts before and after it. The other rotary axes
-    turn little in all of these cuts, and the tip is not much farther away than in those beside.
+    With the other sign, or a tenth, the angle that is executed is between those of the cuts before and after it, to
+    and from which the other rotary axes turn little. Of a wrong sign, the tip goes to no other flank.
     """
-    found: dict[str, Finding] = {}
-    width = 2 * _BESIDE + 1
+    found: dict[tuple[str, str | None], Finding] = {}
+    called, width = moves.called_lines, 2 * _BESIDE + 1
     for begin, end in iterate_blocks(len(moves), from_move):
         first = max(begin - 2 * _BESIDE, from_move)
         n = end - first
-        if n < width:
-            continue
         angles, tip = moves.end[first:end, 3:6], moves.end[first:end, :3]
-        steps = np.abs(np.diff(angles, axis=0))
-        if not (steps > _TURN_DEG).any():
+        if n < width or not (np.abs(np.diff(angles, axis=0)) > _TURN_DEG).any():
             continue
         way = np.linalg.norm(np.diff(tip, axis=0), axis=1)
         one, two, three, four = (way[shift : n - width + 1 + shift] for shift in range(width - 1))
         is_near = np.maximum(two, three) <= np.maximum(_ASIDE, _TIMES_STEP * np.maximum(one, four))
-        own, low = angles[_BESIDE : n - _BESIDE], angles[_BESIDE - 1 : n - _BESIDE - 1]
-        high = angles[_BESIDE + 1 : n - _BESIDE + 1]
-        near = (np.abs(high - low) < 2.0 * _STEP_DEG) & (steps[: n - width + 1] < _STEP_DEG)
-        near &= steps[width - 2 :] < _STEP_DEG
-        turned = near & (np.abs(own - low) > _TURN_DEG) & (np.abs(own - high) > _TURN_DEG)
-        turns_with = near & (np.abs(own - low) < _STEP_DEG)
-        in_doubt = (turned | turns_with).all(axis=1) & _find_cuts(moves.kind[first:end]) & is_near
-        in_doubt &= turned.sum(axis=1) == 1
-        # an angle that steps on from slot to slot has other ones beside it
-        is_even = (np.abs(high - low) < _EVEN_DEG) & (low * high > 0.0)
-        for code, factor, is_away in (("VP056", -1.0, turned), ("VP505", 0.1, turned & is_even)):
-            meant = factor * own
-            is_between = (meant >= np.minimum(low, high) - _SLACK_DEG) & (meant <= np.maximum(low, high) + _SLACK_DEG)
-            for row, axis in np.argwhere(is_away & is_between & in_doubt[:, None]).tolist():
-                line, value = int(moves.line[first + _BESIDE + row]), float(own[row, axis])
-                letter, text = AXES[3 + axis], (take_line(source, line) or b"").decode("utf-8", errors="replace")
-                word = find_word_of(text, letter, value)
-                if word is None:
+        start, low, own, high, last = (angles[shift : n - width + 1 + shift] for shift in range(width))
+        away, gap = np.minimum(np.abs(own - low), np.abs(own - high)), np.abs(high - low)
+        turned = (away > _TURN_DEG) & (gap < 2.0 * _STEP_DEG)
+        turned &= (np.abs(low - start) < _STEP_DEG) & (np.abs(last - high) < _STEP_DEG)
+        turns_with = np.maximum(np.abs(own - low), np.abs(own - high)) < _STEP_DEG
+        in_doubt = _find_cuts(moves.kind[first:end]) & np.isnan(moves.tool_axis[first + _BESIDE : end - _BESIDE, 0])
+        is_alone = (turned | turns_with).all(axis=1) & (turned.sum(axis=1) == 1) & is_near
+        half, middle = 0.5 * (high - low), 0.5 * (high + low)
+        uneven = np.maximum(np.abs(low - start - half), np.abs(last - high - half))
+        for code, factor, may_be in (("VP056", -1.0, in_doubt & is_alone), ("VP505", 0.1, in_doubt)):
+            off = np.abs(factor * own - middle)
+            # angles that step on from slot to slot are others, unless they do so evenly
+            even = np.maximum(off, uneven) <= _UNEVEN * gap
+            fits = np.where(gap < _EVEN_DEG, off <= 0.5 * gap + _SLACK_DEG, even)
+            for row, axis in np.argwhere(turned & fits & may_be[:, None]).tolist():
+                at = first + _BESIDE + row
+                if factor < 0.0 and _goes_behind(tip[row + 1 : row + 4], _find_change(moves, coordinates, at, axis)):
                     continue
-                if code in found:
-                    found[code] = add_line(found[code], line)
+                line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])
+                own_line, file, _calling_line = called.find_file(line)
+                if (code, file) in found:
+                    found[code, file] = add_line(found[code, file], line)
                     continue
-                right = f"{meant[row, axis]:.6g}"
+                text = b"" if file else take_line(source, own_line) or b""
+                if moves.language == "heidenhain" and _LN.match(text):
+                    continue  # check_normals
+                letter, value, right = AXES[3 + axis], float(own[row, axis]), f"{factor * own[row, axis]:.6g}"
                 said = (
                     f"{letter}{value:.6g} in this cut, and {letter}{low[row, axis] + 0.0:.6g} and "
                     f"{letter}{high[row, axis] + 0.0:.6g} in those before and after it: is {letter}{right} meant?"
                 )
-                edits = (Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True),)
-                where = {"line": line, "last_line": line, "worst_line": line, "column": word.start() + 1}
-                found[code] = make_finding(code, said, **where, edits=edits)
-    yield from found.values()
+                where: dict[str, object] = {"line": line, "last_line": line, "worst_line": line}
+                word = find_word_of(text.decode("utf-8", errors="replace"), letter, value)
+                if word is not None:
+                    edit = Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True)
+                    where |= {"column": word.start() + 1, "edits": (edit,)}
+                found[code, file] = make_finding(code, said, **where)
+    yield from map(called.place, found.values())
