@@ -26,6 +26,16 @@ NO_AXIS: Final = 1e-6
 #: decimals and more. Its other numbers fit in nearly the length of the one beside it.
 LOST_POINT: Final = 100.0
 _NEARLY: Final = 1.5
+#: By what a number that has lost its point is too large, and parts by which, with it, it differs from that beside it.
+_POINTS: Final = 10.0 ** np.arange(8)
+_OFF: Final = 0.1
+
+
+def _has_lost_points(long: Array, other: Array) -> bool:
+    """Whether a tool axis (3,) has the numbers of another one, apart from their points, and not its direction."""
+    off = np.abs(long[:, None] / _POINTS - other[:, None]).min(axis=1)
+    turned = float(measure_length(np.cross(long, other))) / float(measure_length(long) * measure_length(other))
+    return turned > _OFF and bool((off <= _OFF * np.abs(other)).all())
 
 
 class SiemensPlaces:
@@ -200,14 +210,15 @@ class SiemensPlaces:
         return vector / size
 
     def _compare_with_last(self, vector: Array, line: int, column: int) -> None:
-        """VP505: one number of a tool axis is far longer than the axis before or behind it: it has lost its point."""
+        """VP505: a number of a tool axis, or two, lost the point: it is far longer than that before or behind it."""
         (before, line_before), self.motion.last_vector = self.motion.last_vector, (vector, line)
         size, size_before = float(measure_length(vector)), float(measure_length(before))
         is_longer = size > size_before
-        long, short = (vector, size_before) if is_longer else (before, size)
+        long, other, short = (vector, before, size_before) if is_longer else (before, vector, size)
         rest = float(measure_length(np.where(np.arange(3) == np.argmax(np.abs(long)), 0.0, long)))
+        is_far_longer = line_before and max(size, size_before) >= LOST_POINT * short
         # alone, a number gives the same direction with its point
-        if line_before and NO_AXIS < rest <= _NEARLY * short and max(size, size_before) >= LOST_POINT * short:
+        if is_far_longer and (NO_AXIS < rest <= _NEARLY * short or _has_lost_points(long, other)):
             text = "A3= B3= C3= have the length {:.6g} here and {:.6g} in line {}: is a decimal point missing?"
             if is_longer:
                 self.motion.recorder.warn("VP505", text.format(size, size_before, line_before), line, column)
