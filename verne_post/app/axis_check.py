@@ -60,15 +60,13 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
 
 def check_normals(source: Text, moves: Moves, coordinates: Coordinates, from_move: int = 0) -> Iterator[Finding]:
     """The same of LN of Klartext, where the moves have the angles of the rotary axes in place of the tool axis."""
-    if moves.language != "heidenhain" or len(moves) - from_move <= 2 * _BESIDE:
+    if moves.language != "heidenhain":
         return
     turns: NDArray[np.bool_] = np.any(np.abs(np.diff(moves.end[:, 3:6], axis=0)) > _STEP_DEG, axis=1)
     lines = list[bytes]()
     found: Finding | None = None
     for row in (np.flatnonzero(turns[:-1] & turns[1:]) + 1).tolist():
-        rows = slice(row - _BESIDE, row + _BESIDE + 1)
-        if rows.start < from_move or rows.stop > len(moves) or (moves.kind[rows] != MoveKind.FEED).any():
-            continue
+        rows = slice(max(row - _BESIDE, from_move), row + _BESIDE + 1)
         lines = lines or source[:].split(b"\n")
         if not all(_LN.match(lines[line - 1]) for line in moves.line[rows].tolist()):
             continue
@@ -109,8 +107,7 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
     for row in np.flatnonzero(smooth).tolist():
         at = _BESIDE + row
         for component in range(3):
-            other = own[row].copy()
-            other[component] *= -1.0
+            other = own[row] * np.where(np.arange(3) == component, -1.0, 1.0)
             aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
             is_back = _goes_behind(tip[at - 1 : at + 2], own[row] - other)
             if not is_back and aside <= _ASIDE and middle[row] @ other > _AGREES:

@@ -23,19 +23,10 @@ _FULL_TURN: Final = 360.0
 #: Tool axes may have any length but none.
 NO_AXIS: Final = 1e-6
 #: So many times longer is a tool axis, than one beside it, of which a number has lost its point: posts write three
-#: decimals and more. Its other numbers fit in nearly the length of the one beside it.
+#: decimals and more. Its other numbers fit in nearly the length of the one beside it, or all are off by such a part.
 LOST_POINT: Final = 100.0
 _NEARLY: Final = 1.5
-#: By what a number that has lost its point is too large, and parts by which, with it, it differs from that beside it.
-_POINTS: Final = 10.0 ** np.arange(8)
 _OFF: Final = 0.1
-
-
-def _has_lost_points(long: Array, other: Array) -> bool:
-    """Whether a tool axis (3,) has the numbers of another one, apart from their points, and not its direction."""
-    off = np.abs(long[:, None] / _POINTS - other[:, None]).min(axis=1)
-    turned = float(measure_length(np.cross(long, other))) / float(measure_length(long) * measure_length(other))
-    return turned > _OFF and bool((off <= _OFF * np.abs(other)).all())
 
 
 class SiemensPlaces:
@@ -215,10 +206,13 @@ class SiemensPlaces:
         size, size_before = float(measure_length(vector)), float(measure_length(before))
         is_longer = size > size_before
         long, other, short = (vector, before, size_before) if is_longer else (before, vector, size)
-        rest = float(measure_length(np.where(np.arange(3) == np.argmax(np.abs(long)), 0.0, long)))
-        is_far_longer = line_before and max(size, size_before) >= LOST_POINT * short
+        if not line_before or max(size, size_before) < LOST_POINT * short:
+            return
+        rest = math.hypot(*np.sort(np.abs(long))[:2])
+        off = np.abs(long[:, None] / 10.0 ** np.arange(8) - other[:, None]).min(axis=1)
+        turns = float(measure_length(np.cross(long, other))) > _OFF * size * size_before
         # alone, a number gives the same direction with its point
-        if is_far_longer and (NO_AXIS < rest <= _NEARLY * short or _has_lost_points(long, other)):
+        if NO_AXIS < rest <= _NEARLY * short or (turns and (off <= _OFF * np.abs(other)).all()):
             text = "A3= B3= C3= have the length {:.6g} here and {:.6g} in line {}: is a decimal point missing?"
             if is_longer:
                 self.motion.recorder.warn("VP505", text.format(size, size_before, line_before), line, column)
