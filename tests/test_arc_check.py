@@ -181,3 +181,24 @@ def test_a_wrong_sign_where_the_tool_axis_turns_from_cut_to_cut(
     findings = check("\n".join([head, *lines, end]).encode(), "ac_trunnion", options, limits_only=True).findings
     found = [(item.line, said is not None and said in item.message) for item in findings if item.code == "VP056"]
     assert found == ([] if said is None else [(head.count("\n") + 1 + 20, True)])
+
+
+@pytest.mark.parametrize("machine", ["verne", "ac_trunnion"])
+@pytest.mark.parametrize(
+    ("x", "words", "is_told"),
+    [
+        (-2.0, "A-22.4 C90.", False),  # the other flank of a rib, and back
+        (-2.0, "A22.4 C-90.", False),
+        (1.9, "A-22.4 C90.", True),
+        (1.9, "A22.4 C-90.", True),
+    ],
+)
+def test_rotary_words_of_the_other_flank_are_in_no_doubt(machine: str, x: float, words: str, is_told: bool) -> None:
+    """The edit of such a warning tilted the tool into the rib."""
+    cuts = [f"X2. Y{at}. Z0. A22.4 C90." for at in range(7)]
+    cuts[3] = f"X{x} Y3. Z0. {words}"
+    text = "O1\nG21 G90 G17\nT1 M6\nS900 M3\nG43.4 H1 G0 X2. Y0. Z60. A22.4 C90.\nG1 Z5. F500.\n" + "\n".join(cuts)
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 4.0)}
+    options = Options(dialect="fanuc", wcs={"G54": (0, 0, 40)}, tools=tools)
+    findings = check(f"{text}\nG0 Z60.\nM30".encode(), machine, options, limits_only=True).findings
+    assert [item.line for item in findings if item.code == "VP056"] == [10] * is_told

@@ -1050,6 +1050,7 @@ M30
     [
         ((4, 6, 80, 9, 10), "A80 in this cut, and A6 and A9 in those before and after it: is A8 meant?"),
         ((0, 5, 80, 10, 12), ""),  # slots that step on
+        ((2, 5, 80, 11, 14), "A80 in this cut, and A5 and A11 in those before and after it: is A8 meant?"),
         ((-4, -4, 40, 4, 4), ""),
         ((8, 8, 80, 8, 8), "A80 in this cut, and A8 and A8 in those before and after it: is A8 meant?"),
         ((0, 5, 40, 10, 12), ""),  # a tenth is none of those beside it
@@ -1065,6 +1066,45 @@ def test_a_rotary_word_with_its_point_one_place_off_is_in_doubt(angles: tuple[in
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="siemens")
     found = [one for one in vp.check(text, "verne", options).findings if "is A8 meant" in one.message]
     assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
+
+
+AT_8 = "".join(f"G1 X{at}. Y0. Z5. A8. C0.\n" for at in range(1, 6))
+BY_0 = "G91\n" + "".join(f"G1 X1. A0. (CUT {at})\n" for at in range(1, 7)) + "G90\n"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "cuts", "wrong", "column"),
+    [
+        ("siemens", AT_8.replace("A8.", "A=DC(8)"), {"X3. Y0. Z5. A=DC(8)": "X3. Y0. Z5. A=DC(80)"}, None),
+        ("siemens", AT_8.replace("A8.", "A=AC(8)"), {"X3. Y0. Z5. A=AC(8)": "X3. Y0. Z5. A=AC(80)"}, None),
+        ("fanuc", AT_8, {"X3. Y0. Z5. A8.": "X3. Y0. Z5. A#2"}, None),
+        ("fanuc", BY_0, {"A0. (CUT 3)": "A72.", "A0. (CUT 4)": "A-72."}, None),
+        ("fanuc", AT_8, {"X3. Y0. Z5. A8.": "X3. Y28. Z5. A80."}, 17),
+        ("fanuc", AT_8.replace("C0.", "C-40.", 1), {"X3. Y0. Z5. A8.": "X3. Y0. Z5. A80."}, 16),
+        ("called", AT_8, {"X3. Y0. Z5. A8.": "X3. Y0. Z5. A80."}, None),
+    ],
+)
+def test_an_angle_is_in_doubt_as_it_is_executed(
+    dialect: str, cuts: str, wrong: dict[str, str], column: int | None
+) -> None:
+    """Of A=DC(80), a variable, G91 and a called file nothing was said, nor where the tip went far."""
+    head = "G17 G54 G90 G94 G710\nT1 D1\nM6\nS900 M3\nTRAORI\nG0 X-1 Y0 Z50 A8 C0\nG1 Z6 F800\n"
+    if dialect != "siemens":
+        head = "O1\nG21 G90 G17 G54\nT1 M6\nS900 M3\n#2=80.\nG43.4 H1 G0 X-1. Y0. Z50. A8. C0.\nG1 Z6. F800.\n"
+    is_called = dialect == "called"
+    right = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="siemens" if dialect == "siemens" else "fanuc")
+    for slips in ({}, wrong):
+        for said, slip in slips.items():
+            assert said in cuts
+            cuts = cuts.replace(said, slip)
+        options = right.changed(subroutines={"o0100": f"O100\n{cuts}M99\n".encode()}) if is_called else right
+        program = f"{head}{'M98 P100' if is_called else cuts.rstrip()}\nG0 Z60.\nM30\n"
+        found = [one for one in vp.check(program, "ac_trunnion", options).findings if "is A8 meant" in one.message]
+        assert len(found) == bool(slips)
+    assert "A80 in this cut, and A8 and A8 in those before and after it" in found[0].message
+    assert (found[0].column, [one.value for one in found[0].edits]) == (column, ["8"] * bool(column))
+    if is_called:
+        assert (found[0].called.line, found[0].line) == (4, 8)
 
 
 @pytest.mark.parametrize(

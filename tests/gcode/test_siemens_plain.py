@@ -1,5 +1,6 @@
 """Stretches of plain lines of Siemens programs are executed as arrays, and give what single lines give."""
 
+import math
 import random
 
 import numpy as np
@@ -193,11 +194,14 @@ def test_tool_axes_without_traori_are_told_of_any_number_of_lines(monkeypatch, w
         ("A3=0173648 B3=0 C3=0.98", 1.0, 11),
         ("A3=0173648 B3=0 C3=0.98", 1.0, 0),
         ("A3=0173648 B3=0 C3=0.98", 1.0, 39),
+        ("A3=0 B3=100 C3=09", 1.0, 11),  # two points
+        ("A3=0 B3=100 C3=95", 1.0, 39),
         ("A3=1 B3=0 C3=3", 1.0, None),
         ("A3=50 B3=0 C3=70", 1.0, None),
         ("A3=1 B3=0 C3=-1730.5", 2000.0, None),  # such a post
         ("A3=0 B3=0 C3=1000", 1.0, None),  # the same direction with a point
-        ("A3=0 B3=100 C3=900", 1.0, None),  # two long numbers
+        ("A3=0 B3=100 C3=900", 1.0, None),  # the same direction
+        ("A3=0 B3=300 C3=90", 1.0, None),  # two long numbers
         ("TRAFOOF\nTRAORI\nX1 A3=0 B3=1 C3=1000\nTRAFOOF\nTRAORI", 1.0, None),  # an operation of its own
     ],
 )
@@ -209,7 +213,8 @@ def test_a_tool_axis_that_has_lost_a_point_is_told(monkeypatch, least, wrong, si
     moves, _errors = view("\n".join(["G1 X0 Y0 Z0 A0 C0 F100", "TRAORI", *rows, "M30"]))
     told = [(item.line, item.message) for item in moves.findings if item.code == "VP505"]
     assert [line for line, _text in told] == ([] if at is None else [at + 3])
-    assert all("have the length 173648 here and 0.905539 in line " in text for _line, text in told)
+    length = math.hypot(*(float(word[3:]) for word in wrong.split()[-3:] if "=" in word))
+    assert all(f"have the length {length:.6g} here and 0.905539 in line " in text for _line, text in told)
 
 
 @pytest.mark.parametrize(("line", "code"), [("G.0 X{}", "VP001"), ("N.5 X{}", "VP006")])

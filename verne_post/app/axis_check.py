@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,9 @@ _LN: Final = re.compile(rb"[ \t]*+(?:\d+[ \t]++)?LN\b", re.IGNORECASE)
 _STEP_DEG: Final = 15.0
 _TURN_DEG: Final = 30.0
 _SLACK_DEG: Final = 0.5
-#: Degrees by which the angles before and after a lost point differ less.
+#: Degrees by which the angles before and after such a word differ less, or else the part of them by which steps differ.
 _EVEN_DEG: Final = 5.0
+_UNEVEN: Final = 0.25
 #: So many times as far as in the cuts beside it, the tip may go in a cut that is in doubt.
 _TIMES_STEP: Final = 3.0
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
@@ -52,141 +53,135 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
         first = max(begin - 2 * _BESIDE, from_move)
         axis, kind = moves.tool_axis[first:end], moves.kind[first:end]
         for at, component in _find_doubtful(axis, moves.end[first:end, :3], kind):
-            line = int(moves.line[first + at])
-            found = (
-                _report(moves.language, line, component, axis[at, component])
-                if found is None
-                else add_line(found, line)
-            )
+            found = _report(found, moves.language, int(moves.line[first + at]), component, axis[at, component])
     if found is not None:
         yield found
 
 
 def check_normals(source: Text, moves: Moves, coordinates: Coordinates, from_move: int = 0) -> Iterator[Finding]:
     """The same of LN of Klartext, where the moves have the angles of the rotary axes in place of the tool axis."""
-    if moves.language != "heidenhain" or len(moves) - from_move <= 2 * _BESIDE:
+    if moves.language != "heidenhain":
         return
     turns: NDArray[np.bool_] = np.any(np.abs(np.diff(moves.end[:, 3:6], axis=0)) > _STEP_DEG, axis=1)
     lines = list[bytes]()
     found: Finding | None = None
     for row in (np.flatnonzero(turns[:-1] & turns[1:]) + 1).tolist():
-        rows = slice(row - _BESIDE, row + _BESIDE + 1)
-        if rows.start < from_move or rows.stop > len(moves) or (moves.kind[rows] != MoveKind.FEED).any():
-            continue
+        rows = slice(max(row - _BESIDE, from_move), row + _BESIDE + 1)
         lines = lines or source[:].split(b"\n")
         if not all(_LN.match(lines[line - 1]) for line in moves.line[rows].tolist()):
             continue
         ends = zip(moves.end[rows].tolist(), moves.frame[rows].tolist(), strict=True)
         axes = [coordinates.find_tool_axis(end, moves.frames[frame]) for end, frame in ends]
-        if any(one is None for one in axes):
-            continue
-        axis, line = np.array(axes, dtype=float), int(moves.line[row])
+        axis, line = np.array([one for one in axes if one is not None]), int(moves.line[row])
         for at, component in _find_doubtful(axis, moves.end[rows, :3], moves.kind[rows]):
-            if found is not None:
-                found = add_line(found, line)
-                continue
-            flipped = flip_component(lines[line - 1].decode("utf-8", errors="replace"), moves.language, component)
-            found = _report(moves.language, line, component, axis[at, component], flipped)
+            found = _report(found, moves.language, line, component, axis[at, component], lines[line - 1])
     if found is not None:
         yield found
 
 
-def _report(
-    language: str, line: int, component: int, value: float, flipped: tuple[str, str, str] | None = None
-) -> Finding:
-    """``flipped``: as :func:`flip_component` returns it, for an edit."""
-    text = (
+def _report(old: Finding | None, language: str, line: int, component: int, value: float, text: bytes = b"") -> Finding:
+    """``old``: what was found before, which gets the line; ``text``: that of the line, for an edit."""
+    if old is not None:
+        return add_line(old, line)
+    said = (
         f"the tool axis of this cut is that of the cuts before and after it, but for the sign of "
         f"{name_component(language, component)} ({value + 0.0:.4g}): is the other sign meant?"
     )
     edits = tuple[Remedy, ...]()
-    if flipped is not None:
+    if (flipped := flip_component(text.decode("utf-8", errors="replace"), language, component)) is not None:
         wrong, right, _value = flipped
         edits = (Remedy(f"write {right}", right, line=line, misspelt=wrong, turns=True, is_choice=True),)
-    return make_finding("VP056", text, line=line, last_line=line, worst_line=line, edits=edits)
+    return make_finding("VP056", said, line=line, last_line=line, worst_line=line, edits=edits)
 
 
 def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:
     """Rows of axes (n, 3) that are in doubt, and the component whose sign is; ``tip`` (n, 3) where the moves end."""
-    n, width = len(axis), 2 * _BESIDE + 1
-    if n < width or not np.isfinite(axis).any():
+    if len(axis) <= 2 * _BESIDE or not np.isfinite(axis).any():
         return
-    own = axis[_BESIDE : n - _BESIDE]
-    first, before, after, last = (axis[shift : n - width + 1 + shift] for shift in range(width) if shift != _BESIDE)
+    first, before, own, after, last = _view_beside(axis)
     middle = before + after
     middle = middle / np.maximum(np.linalg.norm(middle, axis=1), np.finfo(float).tiny)[:, None]
     rows = ((first, before, _FOLLOWS), (before, middle, _FOLLOWS), (after, last, _FOLLOWS))
     smooth = np.all([(one * other).sum(axis=1) > least for one, other, least in rows], axis=0)
-    smooth &= _find_cuts(kind) & ((own * middle).sum(axis=1) < _DIFFERS)
+    smooth &= _view_beside(kind == MoveKind.FEED).all(axis=0) & ((own * middle).sum(axis=1) < _DIFFERS)
     for row in np.flatnonzero(smooth).tolist():
         at = _BESIDE + row
         for component in range(3):
-            other = own[row].copy()
-            other[component] *= -1.0
-            aside = tip[[at - 1, at + 1], component] - tip[at, component]
-            is_back = (aside > _BACK).all() or (aside < -_BACK).all()
-            if not is_back and np.abs(aside).max() <= _ASIDE and middle[row] @ other > _AGREES:
+            other = own[row] * np.where(np.arange(3) == component, -1.0, 1.0)
+            aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
+            is_back = _goes_behind(tip[at - 1 : at + 2], own[row] - other)
+            if not is_back and aside <= _ASIDE and middle[row] @ other > _AGREES:
                 yield at, component
                 break
 
 
-def _find_cuts(kind: NDArray[np.int8]) -> NDArray[np.bool_]:
-    """Whether each of the rows of moves (n,) that has two on either side, and these, are straight cuts."""
-    n, width = len(kind), 2 * _BESIDE + 1
-    cuts: NDArray[np.bool_] = np.all(
-        [kind[shift : n - width + 1 + shift] == MoveKind.FEED for shift in range(width)], axis=0
-    )
-    return cuts
+def _find_change(moves: Moves, coordinates: Coordinates, at: int, axis: int) -> Array:
+    """By what the tool axis of a move (3,) differs from that with the other sign of a rotary axis; 0: no meaning."""
+    ends = np.tile(moves.end[at], (2, 1))
+    ends[1, 3 + axis] *= -1.0
+    one, other = (coordinates.find_tool_axis(end, moves.frames[moves.frame[at]]) for end in ends.tolist())
+    return np.zeros(3) if one is None or other is None else one - other
 
 
-def check_rotary_words(source: Text, moves: Moves, from_move: int = 0) -> Iterator[Finding]:
-    """VP056 and VP505: the sign and the decimal point of a rotary word are in doubt; one finding of each a program.
+def _goes_behind(tip: Array, change: Array) -> bool:
+    """Whether a tip (3, 3) goes along the change of its axis and comes back at once, as to the other side of a rib."""
+    aside = (tip[[0, 2]] - tip[1]) @ change
+    least = _BACK * float(np.linalg.norm(change))
+    return bool((aside > least).all() or (aside < -least).all())
 
-    With the other sign, or a tenth, its angle is between those of the cuts before and after it. The other rotary axes
-    turn little in all of these cuts, and the tip is not much farther away than in those beside.
+
+def _view_beside(rows: NDArray[Any]) -> NDArray[Any]:
+    """Of each of the rows (n, ...) that has two on either side: these, and it in the middle, (5, n - 4, ...)."""
+    return np.moveaxis(np.lib.stride_tricks.sliding_window_view(rows, 2 * _BESIDE + 1, axis=0), -1, 0)
+
+
+def check_rotary_words(source: Text, moves: Moves, coordinates: Coordinates, from_move: int = 0) -> Iterator[Finding]:
+    """VP056 and VP505: the sign and the decimal point of a rotary word are in doubt; one finding of each a file.
+
+    With the other sign, or a tenth, the angle that is executed is between those of the cuts before and after it. Of a
+    wrong sign, the other rotary axes turn little to it and from it, and the tip does not go to another flank.
     """
-    found: dict[str, Finding] = {}
-    width = 2 * _BESIDE + 1
+    found, called = dict[tuple[str, str | None], Finding](), moves.called_lines
     for begin, end in iterate_blocks(len(moves), from_move):
         first = max(begin - 2 * _BESIDE, from_move)
-        n = end - first
-        if n < width:
-            continue
         angles, tip = moves.end[first:end, 3:6], moves.end[first:end, :3]
-        steps = np.abs(np.diff(angles, axis=0))
-        if not (steps > _TURN_DEG).any():
+        if end - first <= 2 * _BESIDE or not (np.abs(np.diff(angles, axis=0)) > _TURN_DEG).any():
             continue
-        way = np.linalg.norm(np.diff(tip, axis=0), axis=1)
-        one, two, three, four = (way[shift : n - width + 1 + shift] for shift in range(width - 1))
+        one, two, three, four = np.linalg.norm(np.diff(_view_beside(tip), axis=0), axis=2)
         is_near = np.maximum(two, three) <= np.maximum(_ASIDE, _TIMES_STEP * np.maximum(one, four))
-        own, low = angles[_BESIDE : n - _BESIDE], angles[_BESIDE - 1 : n - _BESIDE - 1]
-        high = angles[_BESIDE + 1 : n - _BESIDE + 1]
-        near = (np.abs(high - low) < 2.0 * _STEP_DEG) & (steps[: n - width + 1] < _STEP_DEG)
-        near &= steps[width - 2 :] < _STEP_DEG
-        turned = near & (np.abs(own - low) > _TURN_DEG) & (np.abs(own - high) > _TURN_DEG)
-        turns_with = near & (np.abs(own - low) < _STEP_DEG)
-        in_doubt = (turned | turns_with).all(axis=1) & _find_cuts(moves.kind[first:end]) & is_near
-        in_doubt &= turned.sum(axis=1) == 1
-        # an angle that steps on from slot to slot has other ones beside it
-        is_even = (np.abs(high - low) < _EVEN_DEG) & (low * high > 0.0)
-        for code, factor, is_away in (("VP056", -1.0, turned), ("VP505", 0.1, turned & is_even)):
-            meant = factor * own
-            is_between = (meant >= np.minimum(low, high) - _SLACK_DEG) & (meant <= np.maximum(low, high) + _SLACK_DEG)
-            for row, axis in np.argwhere(is_away & is_between & in_doubt[:, None]).tolist():
-                line, value = int(moves.line[first + _BESIDE + row]), float(own[row, axis])
-                letter, text = AXES[3 + axis], (take_line(source, line) or b"").decode("utf-8", errors="replace")
-                word = find_word_of(text, letter, value)
-                if word is None:
+        start, low, own, high, last = _view_beside(angles)
+        away, gap = np.minimum(np.abs(own - low), np.abs(own - high)), np.abs(high - low)
+        turned = (away > _TURN_DEG) & (gap < 2.0 * _STEP_DEG)
+        turned &= (np.abs(low - start) < _STEP_DEG) & (np.abs(last - high) < _STEP_DEG)
+        turns_with = np.maximum(np.abs(own - low), np.abs(own - high)) < _STEP_DEG
+        is_angle = (moves.kind[first:end] == MoveKind.FEED) & np.isnan(moves.tool_axis[first:end, 0])
+        in_doubt: NDArray[np.bool_] = np.all(list(_view_beside(is_angle)), axis=0)
+        is_alone = (turned | turns_with).all(axis=1) & (turned.sum(axis=1) == 1) & is_near
+        half, middle = 0.5 * (high - low), 0.5 * (high + low)
+        uneven = np.maximum(np.abs(low - start - half), np.abs(last - high - half))
+        for code, factor, may_be in (("VP056", -1.0, in_doubt & is_alone), ("VP505", 0.1, in_doubt)):
+            off = np.abs(factor * own - middle)
+            # angles that step on from slot to slot are others, unless they do so evenly
+            fits = np.where(gap < _EVEN_DEG, off <= 0.5 * gap + _SLACK_DEG, np.maximum(off, uneven) <= _UNEVEN * gap)
+            for row, axis in np.argwhere(turned & fits & may_be[:, None]).tolist():
+                at = first + _BESIDE + row
+                if factor < 0.0 and _goes_behind(tip[row + 1 : row + 4], _find_change(moves, coordinates, at, axis)):
                     continue
-                if code in found:
-                    found[code] = add_line(found[code], line)
+                line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])
+                own_line, file, _calling_line = called.find_file(line)
+                if (code, file) in found:
+                    found[code, file] = add_line(found[code, file], line)
                     continue
-                right = f"{meant[row, axis]:.6g}"
+                text = b"" if file else take_line(source, own_line) or b""
+                if moves.language == "heidenhain" and _LN.match(text):
+                    continue  # check_normals
+                letter, value, right = AXES[3 + axis], float(own[row, axis]), f"{factor * own[row, axis]:.6g}"
                 said = (
                     f"{letter}{value:.6g} in this cut, and {letter}{low[row, axis] + 0.0:.6g} and "
                     f"{letter}{high[row, axis] + 0.0:.6g} in those before and after it: is {letter}{right} meant?"
                 )
-                edits = (Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True),)
-                where = {"line": line, "last_line": line, "worst_line": line, "column": word.start() + 1}
-                found[code] = make_finding(code, said, **where, edits=edits)
-    yield from found.values()
+                word = find_word_of(text.decode("utf-8", errors="replace"), letter, value)
+                edit = Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True)
+                where = {} if word is None else {"column": word.start() + 1, "edits": (edit,)}
+                found[code, file] = make_finding(code, said, line=line, last_line=line, worst_line=line, **where)
+    yield from map(called.place, found.values())

@@ -23,9 +23,10 @@ _FULL_TURN: Final = 360.0
 #: Tool axes may have any length but none.
 NO_AXIS: Final = 1e-6
 #: So many times longer is a tool axis, than one beside it, of which a number has lost its point: posts write three
-#: decimals and more. Its other numbers fit in nearly the length of the one beside it.
+#: decimals and more. Its other numbers fit in nearly the length of the one beside it, or all are off by such a part.
 LOST_POINT: Final = 100.0
 _NEARLY: Final = 1.5
+_OFF: Final = 0.1
 
 
 class SiemensPlaces:
@@ -200,14 +201,18 @@ class SiemensPlaces:
         return vector / size
 
     def _compare_with_last(self, vector: Array, line: int, column: int) -> None:
-        """VP505: one number of a tool axis is far longer than the axis before or behind it: it has lost its point."""
+        """VP505: a number of a tool axis, or two, lost the point: it is far longer than that before or behind it."""
         (before, line_before), self.motion.last_vector = self.motion.last_vector, (vector, line)
         size, size_before = float(measure_length(vector)), float(measure_length(before))
         is_longer = size > size_before
-        long, short = (vector, size_before) if is_longer else (before, size)
-        rest = float(measure_length(np.where(np.arange(3) == np.argmax(np.abs(long)), 0.0, long)))
+        long, other, short = (vector, before, size_before) if is_longer else (before, vector, size)
+        if not line_before or max(size, size_before) < LOST_POINT * short:
+            return
+        rest = math.hypot(*np.sort(np.abs(long))[:2])
+        off = np.abs(long[:, None] / 10.0 ** np.arange(8) - other[:, None]).min(axis=1)
+        turns = float(measure_length(np.cross(long, other))) > _OFF * size * size_before
         # alone, a number gives the same direction with its point
-        if line_before and NO_AXIS < rest <= _NEARLY * short and max(size, size_before) >= LOST_POINT * short:
+        if NO_AXIS < rest <= _NEARLY * short or (turns and (off <= _OFF * np.abs(other)).all()):
             text = "A3= B3= C3= have the length {:.6g} here and {:.6g} in line {}: is a decimal point missing?"
             if is_longer:
                 self.motion.recorder.warn("VP505", text.format(size, size_before, line_before), line, column)
