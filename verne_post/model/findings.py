@@ -1,6 +1,7 @@
 """Findings: what is wrong with a program, as data. Every package returns them, output prints them."""
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final, Literal, NamedTuple
@@ -296,7 +297,10 @@ def make_finding(code: str, message: str, **where: object) -> Finding:
 
 def add_line(item: Finding, line: int, count: int = 1) -> Finding:
     """A finding whose mistake is made in another line, or in the same one again."""
-    lines = tuple(sorted({*(item.lines or (item.line or line,)), line}))
+    lines = item.lines or (item.line or line,)
+    at = bisect_left(lines, line)
+    if lines[at : at + 1] != (line,):
+        lines = (*lines[:at], line, *lines[at:])
     last, count = max(item.last_line or line, line), item.count + count
     return replace(item, last_line=last, count=count, lines=lines if len(lines) > 1 else ())
 
