@@ -279,7 +279,7 @@ class KlartextCycles:
     def _tap(self, q: _Q) -> None:
         """206: with a floating tap holder; the spindle turns back at the bottom."""
         self._need_spindle(206)
-        feed = q[Q.PLUNGE_FEED] * self.frames.unit
+        feed = self.contour.read_feed_word(q[Q.PLUNGE_FEED])
         note_tapping(self.core, self.frames.block, feed / self.state.spindle_speed, self.pitch_line)
         clear, surface = self._start_height(q)
         backwards = self.state.spindle_reversed
