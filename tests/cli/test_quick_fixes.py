@@ -432,6 +432,36 @@ def test_a_wrong_sign_of_a_work_offset_is_mended_in_the_set_up(
     assert check(inspector, path, text, apply_places(fix)).findings == ()
 
 
+@pytest.mark.parametrize(
+    ("unit", "body", "title", "new"),
+    [
+        ("G21", "G0 Z5\nG1 Z-5\n", "Write G43 H2 after Z5 in line 9", "T2 M6\nM3\nG0 Z5 G43 H2\n"),
+        ("G20", "G0 Z.5\nG1 Z-.2\n", "Write G43 H2 after Z.5 in line 9", "T2 M6\nM3\nG0 Z.5 G43 H2\n"),
+        ("G21", "#1=5\nG0 Z#1\nG1 Z-5\n", "Write G43 H2 below line 7", "T2 M6\nG43 H2\nM3\n"),
+        ("G21", "G98 G81 Z-5 R2\nG80\n", "Write G43 H2 below line 7", "T2 M6\nG43 H2\nM3\n"),
+        # a subprogram of tool 1, too, and one in a file that others may call
+        ("G21", "M98 P200\n", "Write G43 H2 below line 7", "T2 M6\nG43 H2\nM3\n"),
+        ("G21", "M98 P300\n", "Write G43 H2 below line 7", "T2 M6\nG43 H2\nM3\n"),
+    ],
+)
+def test_a_length_is_activated_where_no_other_tool_has_it(
+    inspector: Inspector, tmp_path: Path, unit: str, body: str, title: str, new: str
+) -> None:
+    sub = "G0 Z2\nG1 Z-5\nG0 Z3\nM99\n"
+    (tmp_path / "O0300.nc").write_text(f"%\nO300\n{sub}%\n", encoding="utf-8")
+    head = f"%\nO1\n{unit} G90 G94 G17 G54 F50\nT1 M6\nM3 S1000 G43 H1 G0 X0 Y0 Z4 A0 C0\n"
+    of_tool_1 = body if "M98" in body else "G1 Z0\n"
+    text = f"{head}{of_tool_1}T2 M6\nM3\n{body}G0 Z4\nM30\nO200\n{sub}%\n"
+    path, setup = tmp_path / "a.nc", f"split_at_stops = true\n{TOOLS}2 = {{ length = 90 }}\n"
+    found = check(inspector, path, text, setup)
+    (item,) = (one for one in found.findings if one.code == "VP034")
+    (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert fix.title.startswith(f"{title} (no errors then") and fix.settles
+    assert new in apply_places(fix)
+    where = re.search(r"in line \d+, with the first Z|after line \d+", item.message)
+    assert (where is not None and where[0][:2] == "in") == (" Z" in title or "#" in body)
+
+
 def test_a_line_that_is_added_to_a_set_up_ends_as_its_lines_do(inspector: Inspector, tmp_path: Path) -> None:
     path, text = tmp_path / "a.ngc", f"{NGC}T7 M6\nG43 H7\nG1 X5 Z5 F500\nM2\n"
     found = check(inspector, path, text, TOOLS.replace("\n", "\r\n"))
