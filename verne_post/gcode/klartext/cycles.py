@@ -101,7 +101,7 @@ class KlartextCycles:
         if q.get(Q.DEPTH, -1.0) > 0:
             depth = q[Q.DEPTH]
             edits = write_parameter(Q.DEPTH, depth, -depth)
-            text = f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:g}"
+            text = f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:.15g}"
             raise ProgramError("VP007", text, edits=edits)
 
     # --- moves in heights of the input system --------------------------------------------------------------
