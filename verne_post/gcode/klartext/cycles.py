@@ -335,9 +335,8 @@ class KlartextCycles:
         bore = 0.5 * q[Q.HOLE_DIAMETER] * self.frames.unit
         radius = bore - self.contour.find_tool_radius()
         if radius <= ZERO_LENGTH_MM or q[Q.HELIX_PITCH] <= 0 or q[Q.OVERLAP]:
-            raise ProgramError(
-                "VP007", "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
-            )
+            text = "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
+            raise ProgramError("VP007", text)
         clear, surface = self._start_height(q)
         self._check_pecks(-q[Q.DEPTH], q[Q.HELIX_PITCH])
         hole = (self.state.position[0], self.state.position[1])
