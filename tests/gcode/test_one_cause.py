@@ -341,6 +341,14 @@ def test_a_language_that_gets_a_dialect_is_named_with_it():
     assert find_other_language(text, (), "heidenhain", ["rs274", "heidenhain"]) is None
 
 
+@pytest.mark.parametrize(
+    ("head", "said"), [("G71 G90", "G43 is not"), ("G90 G17\nT1 D1", "G43 is not"), ("G291\nG90 G21", "G291 is not")]
+)
+def test_a_siemens_program_with_g43_is_one(view, head, said):
+    found = view(f"{head}\nG0 X0 Y0\nG43 H1 Z50\nM30\n", dialect="siemens")[1]
+    assert any(item.code == "VP002" and item.message.startswith(said) for item in found)
+
+
 @pytest.mark.parametrize("dialect", ["heidenhain", "siemens", "aptcl"])
 @pytest.mark.parametrize(("head", "meant"), [("%\nO4711 (CAP)\n", "fanuc"), ("G90 G17\n", "rs274")])
 def test_blocks_in_another_language_are_one_error(view, dialect, head, meant):
