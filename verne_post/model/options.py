@@ -671,13 +671,14 @@ def _number_named_tools(given: dict[str, Any]) -> dict[str, Any]:
         return given
     control = check_value("control", control)
     known = {name: number for number, name in list_setup_names(control).items()}
-    numbered: dict[Any, Any] = {}
-    names: dict[str, int] = {}
+    numbered, names = dict[Any, Any](), dict[str, int]()
     for key, tool in tools.items():
         number: Any = key
         if isinstance(key, str) and key.isdecimal():
             number = int(key)
         elif isinstance(key, str):
+            if not key.strip() or key.isdigit():  # a superscript 2 too is a digit
+                raise UsageError("tools", f"{key!r} is neither the number nor the name of a tool")
             after = 1 + max([FIRST_NAMED_TOOL - 1, *known.values(), *names.values()])
             given_number = tool.number if isinstance(tool, Tool) and type(tool.number) is int else 0
             number = names[key] = given_number or known.get(key, after)
