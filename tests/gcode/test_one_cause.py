@@ -449,6 +449,18 @@ def test_arcs_in_a_plane_to_which_nothing_turns_the_table_are_one_finding(turn, 
     for item in findings[: len(wanted[:1])]:
         assert "nothing turns the table to it" in item.message
         assert [(one.value, one.line, one.way) for one in item.edits] == [("G53.1", 6, "below")]
+        assert "line 6 is in force" in item.message
+
+
+def test_an_arc_of_a_called_file_names_a_plane_of_the_main_program():
+    """Line 6 of the called file was understood."""
+    begin, arcs = TILTED.format("", "").partition("G0 X-15.")[::2]
+    called, end = f"G0 X-15.{arcs}".partition("G69")[::2]
+    tools = {1: Tool(1, 1, (0.0, 0.0, 100.0, *(0.0,) * 6), 8.0)}
+    files = {"o400": f"%\nO400\n{called}M99\n%\n".encode()}
+    options = Options(dialect="fanuc", wcs={"G54": (0, 0, 80)}, tools=tools, subroutines=files)
+    (item,) = check(f"{begin}M98 P400\nG69{end}".encode(), vp.load_machine("ac_trunnion"), options).findings
+    assert "G68.2 in line 6 of the main program is in force" in item.message
 
 
 @pytest.mark.parametrize(
