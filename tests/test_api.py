@@ -313,6 +313,7 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
         (lambda: vp.Options(tools={" ": 80}), "' ' is neither the number nor the name of a tool"),
         (lambda: vp.Options(tool_shapes={"": [vp.Cylinder("cutter", 6)]}), "'' is neither the number nor the name"),
         (lambda: vp.Options(tool_shapes={"MILL": []}), 'tool_shapes: tool "MILL": expected a sequence of Cylinder'),
+        (lambda: vp.Options(tools={"\N{SUPERSCRIPT TWO}": 80}), "is neither the number nor the name of a tool"),
         (lambda: vp.Tool(1, 1, 80), r"80: expected nine numbers.*tools=\{1: 80\}"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 1, (0.0, 0.0, 80.0)), "expected nine numbers"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 80), r"Tool: missing .*'offset'; expected Tool\(number, pocket, .*tools=\{1: 80\}.*, mm"),

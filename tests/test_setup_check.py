@@ -119,7 +119,8 @@ def test_a_rapid_without_length_after_a_tool_change_lacks_g43(change, before, sa
     assert said in item.message
     if "first Z" in said:
         assert [(one.line, one.word, one.way, one.value) for one in item.edits] == [
-            (12, ("Z", 70.0), "behind", "G43 H2")
+            (12, ("Z", 70.0), "behind", "G43 H2"),
+            (10, ("", 0.0), "below", "G43 H2"),  # where no word is found
         ]
     assert "--tool-length 0" not in describe_remedy(item, "p.nc")  # it is not what is meant
 

@@ -432,6 +432,36 @@ def test_a_wrong_sign_of_a_work_offset_is_mended_in_the_set_up(
     assert check(inspector, path, text, apply_places(fix)).findings == ()
 
 
+@pytest.mark.parametrize(
+    ("unit", "body", "title", "new"),
+    [
+        ("G21", "G0 Z5\nG1 Z-5\n", "Write G43 H2 after Z5 in line 9", "T2 M6\nM3\nG0 Z5 G43 H2\n"),
+        ("G20", "G0 Z.5\nG1 Z-.2\n", "Write G43 H2 after Z.5 in line 9", "T2 M6\nM3\nG0 Z.5 G43 H2\n"),
+        ("G21", "#1=5\nG0 Z#1\nG1 Z-5\n", "Write G43 H2 below line 7", "T2 M6\nG43 H2\nM3\n"),
+        ("G21", "G98 G81 Z-5 R2\nG80\n", "Write G43 H2 below line 7", "T2 M6\nG43 H2\nM3\n"),
+        # a subprogram of tool 1, too, and one in a file that others may call
+        ("G21", "M98 P200\n", "Write G43 H2 below line 7", "T2 M6\nG43 H2\nM3\n"),
+        ("G21", "M98 P300\n", "Write G43 H2 below line 7", "T2 M6\nG43 H2\nM3\n"),
+    ],
+)
+def test_a_length_is_activated_where_no_other_tool_has_it(
+    inspector: Inspector, tmp_path: Path, unit: str, body: str, title: str, new: str
+) -> None:
+    sub = "G0 Z2\nG1 Z-5\nG0 Z3\nM99\n"
+    (tmp_path / "O0300.nc").write_text(f"%\nO300\n{sub}%\n", encoding="utf-8")
+    head = f"%\nO1\n{unit} G90 G94 G17 G54 F50\nT1 M6\nM3 S1000 G43 H1 G0 X0 Y0 Z4 A0 C0\n"
+    of_tool_1 = body if "M98" in body else "G1 Z0\n"
+    text = f"{head}{of_tool_1}T2 M6\nM3\n{body}G0 Z4\nM30\nO200\n{sub}%\n"
+    path, setup = tmp_path / "a.nc", f"split_at_stops = true\n{TOOLS}2 = {{ length = 90 }}\n"
+    found = check(inspector, path, text, setup)
+    (item,) = (one for one in found.findings if one.code == "VP034")
+    (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
+    assert fix.title.startswith(f"{title} (no errors then") and fix.settles
+    assert new in apply_places(fix)
+    where = re.search(r"in line \d+, with the first Z|after line \d+", item.message)
+    assert (where is not None and where[0][:2] == "in") == (" Z" in title or "#" in body)
+
+
 def test_a_line_that_is_added_to_a_set_up_ends_as_its_lines_do(inspector: Inspector, tmp_path: Path) -> None:
     path, text = tmp_path / "a.ngc", f"{NGC}T7 M6\nG43 H7\nG1 X5 Z5 F500\nM2\n"
     found = check(inspector, path, text, TOOLS.replace("\n", "\r\n"))
@@ -794,6 +824,10 @@ def test_a_plane_that_is_kept_is_underlined_at_its_word(
                 ("GOTO/1.0,20,0000,-2.5000", "GOTO/1.0,20.0000,-2.5000"),
                 ("GOTO/1,2,0,60", None),
                 ("GOTO/1.,0.,60.,0,0000,.6,.8", "GOTO/1.,0.,60.,0.0000,.6,.8"),
+                ("DELAY/2,5", "DELAY/2.5"),
+                ("SPINDL/400,5,CLW", "SPINDL/400.5,CLW"),
+                ("GODLTA/1,5", "GODLTA/1.5"),
+                ("GODLTA/1,5,0,0", None),
                 ("GOTO/1.0,2.0;60", "GOTO/1.0,2.0,60"),
                 ("GOTO/1,0,,60", "GOTO/1,0,60"),
                 ("GOTO//1,0,60", "GOTO/1,0,60"),
@@ -1237,6 +1271,14 @@ def test_mcall_is_not_ended_behind_lines_that_may_be_no_places(
                                                              "Exchange I and J": ("I5. J0.", "I0. J5.")}),
         ("a.mpf", "G1 X10 Y0 Z5 F500\nG3 X5 Y5 I5", {"Write I-5": ("I5", "I-5"), "Exchange": ("I5", "J5")}),
         ("a.mpf", "G1 Z5 F500\nCYCLE83(10,0,2,22,,-5,,2,0,0,1,0)", {"Write -22": ("22", "-22")}),
+        # not RTP, which has the same number; all digits
+        ("a.mpf", "G1 Z5 F500\nMCALL CYCLE82(5.0,0,2,5,,0)\nX9\nMCALL", {"Write -5": (",5", ",-5")}),
+        ("a.mpf", "G1 Z5 F500\nMCALL CYCLE81(22,0,2, 22)\nX9\nMCALL", {"Write -22": (" 22", " -22")}),
+        ("a.mpf", "R1=5 G1 Z5 F500\nMCALL CYCLE81(5,0,2,R1)\nX9\nMCALL", {}),
+        ("a.mpf", "G1 Z5 F500\nCYCLE81(10,0,2,12.34567)", {"Write -12.34567": ("12.3", "-12.3")}),
+        ("a.h", "3 CYCL DEF 200 D Q200=2 Q201=12.34567 Q206=9 Q202=5 Q210=0 Q203=0 Q204=2 Q211=0\n4 CYCL CALL",
+         {"Write Q201=-12.34567": ("=12", "=-12")}),
+        ("a.nc", "G98 G81 X5. Y5. Z12.34567 R3. F100.\nG80", {"Write Z-12.34567": ("Z12", "Z-12")}),
         ("a.nc", "G99 G83 X5. Y5. Z22. R3. Q4. F100.\nG80", {"Write Z-22": ("Z22.", "Z-22.")}),
         ("a.h", "3 L X+0 Y+0 F500\n4 CR X+10 Y+0 R+5 F500", {"Write R+5 DR+": ("R+5", "R+5 DR+"),
                                                               "Write R+5 DR-": ("R+5", "R+5 DR-")}),
@@ -1262,4 +1304,4 @@ def test_an_answer_in_a_message_is_an_edit(
     for (title, change), (each, (new, settles)) in zip(changes.items(), made.items(), strict=True):
         assert each.startswith(title)
         assert new == text.replace(lines, lines.replace(*change, 1))
-        assert settles == (len(changes) == 1 and title == "Write -22")
+        assert settles == (len(changes) == 1 and title.startswith(("Write -", "Write Q")))

@@ -457,6 +457,16 @@ def test_corners_under_m136_have_their_feed_per_turn_in_inches(view):
     assert np.allclose(moves.feed[-3:], [0.254, 0.508, 0.254])
 
 
+@pytest.mark.parametrize(("feed", "per_minute", "pitch"), [("200", 508.0, 1.27), ("FAUTO", 50.8, 0.127)])
+def test_feed_rates_of_cycles_in_inches_count_in_tenths(view, feed, per_minute, pitch):
+    cycle = f"CYCL DEF 206 TAP Q200=.2 Q201=-.4 Q206={feed} Q211=0 Q203=0 Q204=2"
+    text = f"BEGIN PGM C INCH\nTOOL CALL 1 Z S400 F20\nL X0 Y0 Z2 R0 FMAX M3\n{cycle}\nCYCL CALL\nEND PGM C"
+    moves, findings = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
+    assert findings == ()
+    assert heights(moves) == [(5.08, 0), (-10.16, per_minute), (5.08, per_minute), (50.8, 0)]
+    assert [tap.pitch for tap in moves.taps] == [pitch]
+
+
 def test_an_assignment_after_a_whole_cycle_is_none_of_its_parameters(run):
     moves = run(
         "CYCL DEF 200 D Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0",

@@ -341,6 +341,14 @@ def test_a_language_that_gets_a_dialect_is_named_with_it():
     assert find_other_language(text, (), "heidenhain", ["rs274", "heidenhain"]) is None
 
 
+@pytest.mark.parametrize(
+    ("head", "said"), [("G71 G90", "G43 is not"), ("G90 G17\nT1 D1", "G43 is not"), ("G291\nG90 G21", "G291 is not")]
+)
+def test_a_siemens_program_with_g43_is_one(view, head, said):
+    found = view(f"{head}\nG0 X0 Y0\nG43 H1 Z50\nM30\n", dialect="siemens")[1]
+    assert any(item.code == "VP002" and item.message.startswith(said) for item in found)
+
+
 @pytest.mark.parametrize("dialect", ["heidenhain", "siemens", "aptcl"])
 @pytest.mark.parametrize(("head", "meant"), [("%\nO4711 (CAP)\n", "fanuc"), ("G90 G17\n", "rs274")])
 def test_blocks_in_another_language_are_one_error(view, dialect, head, meant):
@@ -441,6 +449,18 @@ def test_arcs_in_a_plane_to_which_nothing_turns_the_table_are_one_finding(turn, 
     for item in findings[: len(wanted[:1])]:
         assert "nothing turns the table to it" in item.message
         assert [(one.value, one.line, one.way) for one in item.edits] == [("G53.1", 6, "below")]
+        assert "line 6 is in force" in item.message
+
+
+def test_an_arc_of_a_called_file_names_a_plane_of_the_main_program():
+    """Line 6 of the called file was understood."""
+    begin, arcs = TILTED.format("", "").partition("G0 X-15.")[::2]
+    called, end = f"G0 X-15.{arcs}".partition("G69")[::2]
+    tools = {1: Tool(1, 1, (0.0, 0.0, 100.0, *(0.0,) * 6), 8.0)}
+    files = {"o400": f"%\nO400\n{called}M99\n%\n".encode()}
+    options = Options(dialect="fanuc", wcs={"G54": (0, 0, 80)}, tools=tools, subroutines=files)
+    (item,) = check(f"{begin}M98 P400\nG69{end}".encode(), vp.load_machine("ac_trunnion"), options).findings
+    assert "G68.2 in line 6 of the main program is in force" in item.message
 
 
 @pytest.mark.parametrize(

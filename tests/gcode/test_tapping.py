@@ -168,6 +168,13 @@ G84 = "S400 M3\nM29 S{}\nG84 Z-10 R5 F{}"
         ("fanuc", "(T1 M8X20 TAP)", G84.format(400, "400."), "1", ""),  # a length
         ("fanuc", "(T1 M2.5 TAP)", G84.format(400, "180."), "0.45", ""),
         ("fanuc", "(T1 TAP, M08)", G84.format(400, "1200."), "3", ""),  # coolant
+        ("fanuc", "(T1 TAP 1/2-13 M3 S400)", G84.format(400, "781.6"), "1.954", ""),
+        ("fanuc", "(T1 TAP 3/8-16 LH M4)", G84.format(400, "635."), "1.587", ""),
+        ("fanuc", "(T1 TAP 4-40 COLLET M24)", G84.format(400, "254."), "0.635", ""),
+        ("fanuc", "(T1 TAP 8X1.25 RIGID M3)", G84.format(400, "500."), "1.25", ""),
+        ("fanuc", "(T1 TAP M8 M3 S400)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 TAP M8X1.25-6H M3)", G84.format(400, "400."), "1", ""),  # two sizes
+        ("fanuc", "(T1 TAP M8X1.25-6H)", G84.format(400, "400."), "1", "its tool that it is M8X1.25;"),
         ("rs274", "(T1 M8 TAP)", "S400 M3 F5000\nG84 Z-10 R5", "12.5", "M8, whose coarse pitch is 1.25 mm"),
         ("siemens", "; T1 M8 TAP", CYCLE_84.format(125), "125", "M8, whose coarse pitch is 1.25 mm"),
         ("siemens", "; T1 M8 TAP", f"MCALL {CYCLE_84.format(125)}\nX9\nMCALL", "125", "M8, whose coarse pitch is 1.25"),

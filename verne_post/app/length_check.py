@@ -13,7 +13,7 @@ from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.model.findings import Finding, Remedy, make_finding
-from verne_post.model.moves import MoveKind, Moves, find_tool_of_moves
+from verne_post.model.moves import LINES_OF_A_CALL, MoveKind, Moves, find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import describe_tool_number
 from verne_post.model.toolpath import ToolPath
@@ -152,13 +152,13 @@ class _Place(Struct, frozen=True):
         return f"activate its length ({self.word}) {f'after line {self.change}' if self.change else 'before'}"
 
     def make_edits(self) -> tuple[Remedy, ...]:
-        """The word as an edit: with the first Z, or below or before a line; none where the tool call does it."""
+        """The word as an edit: with the first Z, else below or before a line; none where the tool call does it."""
         if not self.tool or not self.change or self.language in ("heidenhain", "aptcl"):
             return ()
-        if self.line:
-            return (Remedy("activate the length", self.word, line=self.line, word=("Z", self.z), way="behind"),)
         way: Literal["before", "below"] = "before" if self.is_before else "below"
-        return (Remedy("activate the length", self.word, line=self.change, way=way, is_choice=self.is_before),)
+        alone = Remedy("activate the length", self.word, line=self.change, way=way, is_choice=self.is_before)
+        with_z = dataclasses.replace(alone, line=self.line, word=("Z", self.z), way="behind")
+        return (with_z, alone) if self.line else (alone,)
 
 
 def _find_place(moves: Moves, tool: int, move: int) -> _Place:
@@ -173,9 +173,14 @@ def _find_place(moves: Moves, tool: int, move: int) -> _Place:
     is_along = (moves.end[rows, 2] != moves.end[rows - 1, 2]) & (moves.frame[rows] == moves.frame[rows - 1])
     is_along &= ~np.isin(rows, moves.machine_moves)
     found = rows[is_along & (moves.line[rows] > place.change)][:1].tolist()
-    if not found or moves.kind[found[0]] != MoveKind.RAPID:  # a cut is no place for it
+    if not found or moves.kind[found[0]] != MoveKind.RAPID or moves.find_of_cycles()[found[0]]:  # no place for it
         return place
-    return replace(place, line=int(moves.line[found[0]]), z=float(moves.end[found[0], 2]))
+    line = int(moves.line[found[0]])
+    # nor is a line of a called file, or one that moves another tool too
+    tools = find_tool_of_moves(np.flatnonzero(moves.line == line), 0, moves)
+    if line // LINES_OF_A_CALL != place.change // LINES_OF_A_CALL or (tools != tools[0]).any():
+        return place
+    return replace(place, line=line, z=float(moves.end[found[0], 2]))
 
 
 def check_lengths(
@@ -227,10 +232,8 @@ def check_lengths(
                         f"a rapid with length 0 after TOOL CALL 0: if {name}, {mounted:g} mm long, is still in the "
                         f"spindle, its tip goes {where}"
                     )
-                place, in_machine = (
-                    _Place(tool, language),
-                    f"in machine coordinates ({_MACHINE_WORDS.get(language, 'G53')})",
-                )
+                place = _Place(tool, language)
+                in_machine = f"in machine coordinates ({_MACHINE_WORDS.get(language, 'G53')})"
                 remedy = f"write it {in_machine}, or keep the length in force"
                 if tool in with_length:
                     place = _Place(tool, language, int(moves.line[at]), is_before=True)

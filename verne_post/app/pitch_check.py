@@ -16,10 +16,12 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import describe_tool_number, list_setup_names
 from verne_post.model.plausibility import PLAUSIBLE
 
-#: M8, M8X1, M10x1,25 in a remark about a tool; M08 is a code.
+#: M8, M8X1, M10x1,25 in a remark about a tool; M08 is a code, and so is M3 before S.
 _THREAD: Final = re.compile(
-    r"(?<![A-Z0-9.])M([1-9]\d?)(?![A-WYZ\d]|[.,]\d)(?:\s*[X*]\s*(\d(?:[.,]\d{1,3})?)(?![\d.,]))?", re.IGNORECASE
+    r"(?<![A-Z0-9.])M(?![34]\s*S\s*\d)([1-9]\d?)(?![A-WYZ\d]|[.,]\d)(?:\s*[X*]\s*(\d(?:[.,]\d{1,3})?)(?![\d.,]))?"
 )
+#: Another size, as 1/2-13, 4-40, 8X1.25, 8 MM, or a holder: M without a pitch beside it may be a code.
+_OTHER_SIZE: Final = re.compile(r"(?<![MX\d.,])\d++(?:[.,]\d++)?+\s*+(?:[-/X]\s*+\d|MM\b)|COLLET|CHUCK|HOLDER")
 #: Fine threads of a size have a smaller pitch than the coarse one: bounds of it, as shares.
 _OF_COARSE: Final = (0.25, 2.0)
 #: Siemens cycle -> the places of its pitches among the values; the first that is given counts.
@@ -42,8 +44,7 @@ def check_pitches(source: Text, moves: Moves, options: Options, from_move: int =
             line = decode_line(take_line(source, tap.line) or b"")  # none of a called file
             word, column = _find_word(remove_remarks(line, dialect), dialect)
             text = f"{tap.pitch:g} mm a turn is no pitch of this tap: {reason}; correct {word}"
-            where = {"line": tap.line, "last_line": tap.line, "worst_line": tap.line, "column": column}
-            yield make_finding("VP505", text, **where)
+            yield make_finding("VP505", text, line=tap.line, last_line=tap.line, worst_line=tap.line, column=column)
 
 
 def _find_word(line: str, dialect: str) -> tuple[str, int | None]:
@@ -71,13 +72,13 @@ def _find_word(line: str, dialect: str) -> tuple[str, int | None]:
 
 def _find_reason(tap: Tap, remark: str, options: Options, names: dict[int, str]) -> str:
     """Why a tap cannot have this pitch; empty where it can."""
-    threads = set(_THREAD.findall(remark))
+    threads = set(_THREAD.findall(remark.upper()))
     if len(threads) == 1:
         ((size, given),) = threads
         coarse, pitch = METRIC_PITCH.get(float(size), 0.0), float(given.replace(",", ".") or 0.0)
         is_given = 0.0 < pitch <= coarse  # M8X20 has a length
         low, high = (pitch * by for by in _OF_GIVEN) if is_given else (coarse * by for by in _OF_COARSE)
-        if coarse and not low <= tap.pitch <= high:
+        if coarse and (is_given or not _OTHER_SIZE.search(remark.upper())) and not low <= tap.pitch <= high:
             thread = f"M{size}X{pitch:g}" if is_given else f"M{size}, whose coarse pitch is {coarse:g} mm"
             return f"the program says of its tool that it is {thread}"
     plausible = PLAUSIBLE["pitch of a tap"]

@@ -20,6 +20,8 @@ _UNREADABLE: Final = ("VP001", "VP002")
 #: A word of a program, outside comments.
 _WORD: Final = re.compile(rb"(?<![A-Z])[A-Z][ \t]*+[-+=]?[ \t]*+(?:\.?\d|[#\[])", re.IGNORECASE)
 _COMMENT: Final = re.compile(rb"\([^)\n]*\)?|;.*")
+#: What Siemens programs without their other signs have, and G-code of mills has not.
+_OF_SIEMENS: Final = re.compile(rb"(?im)^[^\n;(]*\b(?:G0*(?:29[01]|7[01]0?|500)|T\d++[ \t]*+D\d++)\b")
 #: A text of whose lines a larger share has words is a program with mistakes.
 _FEW: Final = 0.1
 
@@ -114,7 +116,8 @@ def find_other_language(
     if own is not None and re.match(own.sign, head, re.MULTILINE | re.IGNORECASE):
         return None  # it begins as texts of its dialect do
     for language in _LANGUAGES:
-        if dialect in (language.dialect, language.also) or (is_recognised and not language.sign.startswith(rb"\A")):
+        is_own = language.also and dialect == "siemens" and _OF_SIEMENS.search(head)
+        if is_own or dialect in (language.dialect, language.also) or (is_recognised and language.sign[:2] != rb"\A"):
             continue
         for match in re.finditer(language.sign, head, re.MULTILINE | re.IGNORECASE):
             line = head.count(b"\n", 0, match.start()) + 1
@@ -143,13 +146,9 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known_words: Col
     if not unreadable or lines_with_words > _FEW * len(lines) or 2 * wrong <= len(lines):
         return None
     first = min(item.line or 0 for item in unreadable)
-    shown_line = _quote(
-        next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip()
-    )
-    text = (
-        f"this does not look like a program: hardly a line has words such as G1 X2 ({shown_line}); dialects are "
-        f"{', '.join(sorted(known_words))}"
-    )
+    shown_line = next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip()
+    text = f"this does not look like a program: hardly a line has words such as G1 X2 ({_quote(shown_line)}); "
+    text += f"dialects are {', '.join(sorted(known_words))}"
     return make_finding(NO_PROGRAM, text, line=first, last_line=first, worst_line=first)
 
 

@@ -43,7 +43,8 @@ def end_with(words: str) -> tuple[Remedy, ...]:
 
 def write_parameter(number: int, value: float, right_value: float) -> tuple[Remedy, ...]:
     """The edit of an error that another value of a Q parameter settles, in the last line that gives it ``value``."""
-    return (Remedy(f"write Q{number}={right_value:g}", f"{right_value:g}", word=(f"Q{number}", value), is_above=True),)
+    right = f"{right_value:.15g}"  # all its digits
+    return (Remedy(f"write Q{number}={right}", right, word=(f"Q{number}", value), is_above=True),)
 
 
 def write_words(wrong: str, *rights: str, line: int = 0, is_choice: bool = False) -> tuple[Remedy, ...]:

@@ -361,10 +361,9 @@ def _name_unturned_planes(
         if line in arcs_left[at]:
             found.append(item)
         elif is_first:
-            message = (
-                f"the plane of G68.2 in line {at} is in force, and nothing turns the table to it: with the tool "
-                f"length, the tip is not where X Y Z of the plane are, and this arc does not fit; {plane.turn}"
-            )
+            message = f"the plane of G68.2 in line {at}{' of the main program' * bool(item.called)} is in force, and "
+            message += "nothing turns the table to it: with the tool length, the tip is not where X Y Z of the plane "
+            message += f"are, and this arc does not fit; {plane.turn}"
             turn = Remedy("write G53.1", "G53.1", line=at, word=("G", 68.2), way="below")
             found.append(replace(item, message=message, column=None, edits=(turn,), advice=""))
     return found

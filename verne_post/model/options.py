@@ -694,7 +694,7 @@ def _number_named_tools(given: dict[str, Any]) -> dict[str, Any]:
             number: Any = key
             if isinstance(key, str) and key.isdecimal():
                 number = int(key)
-            elif isinstance(key, str) and key.strip():
+            elif isinstance(key, str) and key.strip() and not key.isdigit():  # a superscript 2 too is a digit
                 after = 1 + max([FIRST_NAMED_TOOL - 1, *known.values(), *names.values()])
                 own = tool.number if isinstance(tool, Tool) and type(tool.number) is int else 0
                 number = names[key] = own or names.get(key) or known.get(key, after)

@@ -21,6 +21,7 @@ from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks, split_lines, write_like
 from verne_post.base.stopping import stop_by
 from verne_post.base.suggestions import find_suggestion
+from verne_post.base.units import MM_PER_INCH
 from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError, require_wanted
 from verne_post.cli.lsp.places import MARK, cut_file, find_range
@@ -297,9 +298,8 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
             wrong = next((one for one in list_entries(text) if one.begin == begin), None)
             if wrong is not None:
                 new = near if near in ("true", "false") else f'"{near}"'
-                yield Fix(
-                    f"Write {new} in place of {text[wrong.value : wrong.end]}", path, text, wrong.value, wrong.end, new
-                )
+                title = f"Write {new} in place of {text[wrong.value : wrong.end]}"
+                yield Fix(title, path, text, wrong.value, wrong.end, new)
         else:  # of the last part of its key
             written = re.search(r"(?:\"[^\"]*\"|'[^']*'|[\w-]+)(?=\W*$)", text[begin:end])
             if written is not None:
@@ -436,27 +436,25 @@ def _find_setup(inspector: Inspector, path: Path, texts: Mapping[Path, str]) -> 
 
 def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: Mapping[Path, str]) -> Iterator[Fix]:
     """Edits that may settle a finding."""
-    program = found.made.program
-    told = {(one.line, one.word) for one in item.edits}
-    ends = (
-        ()
-        if program is None
-        else (
-            one for one in list_ends(found.source, program, item) if one.is_choice or (one.line, one.word) not in told
-        )
-    )
+    program, told = found.made.program, {(one.line, one.word) for one in item.edits}
+    ends = () if program is None else list_ends(found.source, program, item)
+    others = (one for one in ends if one.is_choice or (one.line, one.word) not in told)
     settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
-    for remedy in (*item.edits, *settling, *ends):
+    placed = set[tuple[str, str]]()
+    for remedy in (*item.edits, *settling, *others):
         if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",) and not remedy.text.endswith(_SLIP_THERE):
             continue
         if remedy.misspelt:
             yield from _spell(found, item, remedy)
             continue
         if remedy.line and not remedy.word[0]:
+            if (remedy.text, remedy.value) in placed:  # in a better place
+                continue
             yield from _PLACES.get(remedy.way, _PLACED.get(item.code, _write_below))(found, item, remedy)
             continue
         fix = _change_word(found, remedy) if remedy.line else _change_setup(setup, remedy, texts)
         if fix is not None:
+            placed.add((remedy.text, remedy.value))
             yield fix
     text = found.text
     if any(one.misspelt for one in item.edits):
@@ -466,9 +464,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         begin, end = _find_span(item, text)
         written = text[begin:end]
         # the name alone, without quotes and without the number of an assignment
-        name = (
-            re.search(r"[A-Za-z_][\w.-]*", written) if written.startswith('"') else re.match(r"[A-Za-z_]\w*", written)
-        )
+        name = re.search(r"[A-Za-z_][\w.-]*" if written.startswith('"') else r"\A[A-Za-z_]\w*", written)
         if name is not None:
             begin += name.start()
             end, title = begin + len(name[0]), f"Write {near} in place of {name[0]}"
@@ -706,8 +702,9 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
     """The number of a word, or what comes behind it; None where no line has it, as in a loop or in G91."""
     letter, now = remedy.word
     lines = split_lines(found.text)
-    last = 1 if remedy.is_above else remedy.line
-    tried = ((number, _find_word(lines[number - 1], letter, now)) for number in range(remedy.line, last - 1, -1))
+    numbers = range(remedy.line, 0 if remedy.is_above else remedy.line - 1, -1)
+    units = (1.0, MM_PER_INCH) if remedy.way == "behind" else (1.0,)  # another number may be written in mm
+    tried = ((one, _find_word(lines[one - 1], letter, now / unit)) for one in numbers for unit in units)
     number, word = next(((number, word) for number, word in tried if word is not None), (0, None))
     if word is None:
         return None

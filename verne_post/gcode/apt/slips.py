@@ -24,7 +24,7 @@ _HEAD: Final = re.compile(r"[A-Za-z]+")
 #: What may stand in place of a slash or a comma.
 _OTHER_SIGNS: Final = re.compile(r"[ \t]*[.,;:/\\]?[ \t]*")
 #: Major words whose numbers have decimals, and are no pairs.
-_WITH_DECIMALS: Final = ("GOTO", "FROM", "FEDRAT", "CYCLE")
+_WITH_DECIMALS: Final = ("GOTO", "GODLTA", "FROM", "FEDRAT", "SPINDL", "DELAY", "CYCLE")
 _WHOLE_PART, _DECIMALS = re.compile(r"[-+]?\d+$"), re.compile(r"\d+$")
 
 

@@ -36,7 +36,7 @@ class KlartextContour:
         self.last_cut = 0  # Line of the last motion if X, Y or Z cut in it, else 0
         self.delta_radius = 0.0
         self.delta_line = 0  #: Of the TOOL CALL with DR, counted in its own file, until the radius counts.
-        self.call_feed = 0.0  # F of TOOL CALL, which F AUTO takes
+        self.call_feed = 0.0  # the number after F of TOOL CALL, which F AUTO takes
         self.per_turn = False  # M136
         self.turn_line = 0  #: Of M136, counted in its own file.
 
@@ -152,7 +152,7 @@ class KlartextContour:
             if not self.call_feed:
                 raise statement.error("VP009", "F AUTO needs an F of TOOL CALL")
             self.change_feed_mode(FeedMode.PER_MINUTE)
-            self.core.set_feed(self.call_feed)
+            self.core.set_feed(self.read_feed_word(self.call_feed))
             words.automatic = False
             words.take_no_other_feed(statement)
         per_turn, per_tooth, value = words.take("FU"), words.take("FZ"), words.take("F")

@@ -101,7 +101,7 @@ class KlartextCycles:
         if q.get(Q.DEPTH, -1.0) > 0:
             depth = q[Q.DEPTH]
             edits = write_parameter(Q.DEPTH, depth, -depth)
-            text = f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:g}"
+            text = f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:.15g}"
             raise ProgramError("VP007", text, edits=edits)
 
     # --- moves in heights of the input system --------------------------------------------------------------
@@ -279,7 +279,7 @@ class KlartextCycles:
     def _tap(self, q: _Q) -> None:
         """206: with a floating tap holder; the spindle turns back at the bottom."""
         self._need_spindle(206)
-        feed = q[Q.PLUNGE_FEED] * self.frames.unit
+        feed = self.contour.read_feed_word(q[Q.PLUNGE_FEED])
         note_tapping(self.core, self.frames.block, feed / self.state.spindle_speed, self.pitch_line)
         clear, surface = self._start_height(q)
         backwards = self.state.spindle_reversed
@@ -335,9 +335,8 @@ class KlartextCycles:
         bore = 0.5 * q[Q.HOLE_DIAMETER] * self.frames.unit
         radius = bore - self.contour.find_tool_radius()
         if radius <= ZERO_LENGTH_MM or q[Q.HELIX_PITCH] <= 0 or q[Q.OVERLAP]:
-            raise ProgramError(
-                "VP007", "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
-            )
+            text = "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
+            raise ProgramError("VP007", text)
         clear, surface = self._start_height(q)
         self._check_pecks(-q[Q.DEPTH], q[Q.HELIX_PITCH])
         hole = (self.state.position[0], self.state.position[1])

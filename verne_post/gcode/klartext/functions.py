@@ -89,8 +89,8 @@ class KlartextFunctions:
             raise statement.error("VP002", "DR2 is not executed: radii of ball ends are not compensated")
         words.check_used(statement)
         if feed is not None:
-            self.contour.call_feed = self.contour.read_feed_word(feed)
-            self.core.set_feed(self.contour.call_feed)
+            self.core.set_feed(self.contour.read_feed_word(feed))
+            self.contour.call_feed = feed
             self.contour.change_feed_mode(FeedMode.PER_MINUTE)
         if number is not None:
             self.core.refuse_compensation("TOOL CALL")

@@ -215,8 +215,8 @@ class CycleCodes:
         edits = write_before("G80") if remedy else ()
         if not (remedy or is_r) and self.modes.absolute and letter in block.words and -bottom < clear:
             value = block.words[letter]
-            text += f"; write {letter}{-value:g}, if its sign is missing"
-            edits = (Remedy(f"write {letter}{-value:g}", f"{-value:g}", word=(letter, value), is_choice=True),)
+            text += f"; write {letter}{-value:.15g}, if its sign is missing"
+            edits = (Remedy(f"write {letter}{-value:.15g}", f"{-value:.15g}", word=(letter, value), is_choice=True),)
         raise block.error("VP007", f"{text}{remedy}", wrong_letter, edits=edits)
 
     def _refuse_other_unit(self, block: Block, motion: int, series: Cycle, before: Cycle | None) -> None:

@@ -21,6 +21,8 @@ _ROUNDED_DEPTH: Final = 0.002
 #: _PITA of a pitch -> its unit, mm; 0 is that of the program.
 _PITCH_UNITS: Final = {0: 0.0, 1: 1.0, 2: MM_PER_INCH, 3: MM_PER_INCH}
 _TURNS_AN_INCH: Final = 2
+#: A value that is a number alone.
+NUMBER: Final = re.compile(r"[-+]?[\d.]+")
 #: Values of threads that only an editor reads: the pitch as a text, and the row of a table of threads.
 OF_EDITOR: Final = ("_PITM", "_PTAB", "_PTABA")
 
@@ -80,11 +82,11 @@ class Arguments(Struct):
             column = argument.column + len(argument.text) - len(argument.text.lstrip())
         return ProgramError(code, f"{self.call.name}: {message}{place}", column)
 
-    def write_number(self, name: str, value: float) -> tuple[Remedy, ...]:
-        """The edit of an error that another number settles, where the call has a number for it."""
+    def write_opposite(self, name: str) -> tuple[Remedy, ...]:
+        """The edit of an error that the other sign of a number settles, where the call has a number for it."""
         arguments, at = self.call.arguments or (), list(self.names).index(name)
         text = arguments[at].text.strip() if at < len(arguments) else ""
-        return write_words(text, f"{value:g}") if re.fullmatch(r"[-+]?[\d.]+", text) else ()
+        return write_words(text, f"-{text}".replace("-+", "-").removeprefix("--")) if NUMBER.fullmatch(text) else ()
 
     def refuse_rest(self, harmless: Sequence[str] = ()) -> None:
         """Arguments that were given other than 0, and that nothing has asked for, are not executed."""

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from verne_post.base.printable import join_names
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.siemens.arguments import NUMBER
 from verne_post.gcode.siemens.cursor import NAME, Cursor
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.program import Section, SiemensText
@@ -323,14 +324,13 @@ def freeze(call: Call, variables: Variables, line: int) -> Call:
     if call.arguments is None:
         return replace(call, line=line)
     values = read_argument_values(call.arguments, variables)
-    arguments = tuple(
-        type(argument)(
-            "" if value is None else f'"{value}"' if isinstance(value, str) else _spell_value(value), argument.column
-        )
-        for argument, value in zip(call.arguments, values, strict=True)
-    )
-    return Call(call.name, arguments, call.column, line)
+    arguments = zip(call.arguments, values, strict=True)
+    return Call(call.name, tuple(_freeze_value(one, value) for one, value in arguments), call.column, line)
 
 
-def _spell_value(value: float) -> str:
-    return repr(float(value)).replace("e+", "EX").replace("e", "EX")
+def _freeze_value(argument: Argument, value: Value | None) -> Argument:
+    """The same with its value, in brackets where the program has no number there."""
+    if value is None or NUMBER.fullmatch(argument.text.strip()):
+        return argument
+    text = f'"{value}"' if isinstance(value, str) else f"({float(value)!r})".replace("e+", "EX").replace("e", "EX")
+    return Argument(text, argument.column)

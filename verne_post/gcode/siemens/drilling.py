@@ -133,14 +133,14 @@ class _Hole:
             raise given.error("VP007", text, "DPR" if given.is_given("DPR") else "DP")
         if (self.reference - self.bottom) * self.up <= 0:
             is_sign = self._is_absolute("DP", "DPR", self.digits[0]) and (self.reference + self.bottom) * self.up > 0
-            remedy = f"; write {-given.number('DP'):g}" if is_sign else ""
+            remedy = f"; write {-given.number('DP'):.15g}" if is_sign else ""
             error = given.error(
                 "VP007",
                 f"the bottom {self.bottom:g} mm lies on the wrong side of the reference plane {self.reference:g} mm"
                 f"{remedy}",
                 "DP",
             )
-            error.edits = given.write_number("DP", -given.number("DP")) if is_sign else ()
+            error.edits = given.write_opposite("DP") if is_sign else ()
             raise error
 
     def _find_up(self) -> float:
@@ -350,11 +350,8 @@ class _Hole:
     def _execute_cycle_83(self) -> None:
         """Deep holes: strokes that grow smaller by DAM; after each, out (VARI 1) or a little back (VARI 0)."""
         given = self.given
-        first = (
-            self._read_depth("FDEP", "FDPR", self.digits[4])
-            if given.is_given("FDEP") or given.is_given("FDPR")
-            else self.bottom
-        )
+        is_given = given.is_given("FDEP") or given.is_given("FDPR")
+        first = self._read_depth("FDEP", "FDPR", self.digits[4]) if is_given else self.bottom
         amount, least = given.number("DAM"), self._read_length("_MDEP")
         if self.digits[5] == 2:  # a percentage: each stroke is that share of the one before
             if not 0 < amount <= 100:
