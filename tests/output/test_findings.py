@@ -1,5 +1,6 @@
 """Findings as text and JSON: the documented form, exactly."""
 
+import inspect
 import json
 import math
 import re
@@ -22,6 +23,8 @@ from verne_post.output.reports import text as text_report
 
 from ..builders import MACHINE
 
+#: What commands print: Python changes the words.
+check_as_commands = inspect.unwrap(vp.check)
 ARGUMENTS = ("--tool-length", "80", "--wcs", "G54=0,0,50")
 KEYS = {"code", "severity", "line", "last_line", "worst_line", "axis", "value", "limit", "unit", "message", "count"}
 # FILE:LINE: CODE severity: message
@@ -65,7 +68,7 @@ def test_json_has_the_documented_keys(files: dict[str, Path], run: Callable[...,
     assert data["schema"] == 1
     assert [item["program"] for item in data["programs"]] == [str(file) for file in files.values()]
     for item in data["programs"]:
-        assert set(item) == {"program", "machine", "verdict", "summary", "unchecked", "findings"}
+        assert set(item) == {"program", "machine", "verdict", "summary", "unchecked", "called", "findings"}
         assert item["machine"] == {"name": "VERNE", "sha256": MACHINE.sha256}
         assert set(item["summary"]) == {"errors", "warnings", "cycle_time_s"}
         for found in item["findings"]:
@@ -224,7 +227,7 @@ _SIEMENS = "G710 G90\nT1 M6\nD1 TRAORI\nG54 G0 X0 Y0 Z60 A=0 C=0\n"
 def test_a_remedy_is_made_where_the_finding_is(name: str, program: str, code: str, remedy: str, tmp_path: Path) -> None:
     """Whatever the words of the message, which an editor and Python change; nothing where it says what is right."""
     (tmp_path / name).write_text(program)
-    found = [one for one in vp.check(tmp_path / name, vp.load_machine()).findings if one.code == code]
+    found = [one for one in check_as_commands(tmp_path / name, vp.load_machine()).findings if one.code == code]
     said = describe_remedy(found[-1], "a")
     assert remedy in said if remedy else said == ""
 
@@ -242,7 +245,8 @@ def test_no_remedy_writes_tool_length_beside_the_tools_of_a_set_up(
     """VP503 would refuse both keys."""
     (tmp_path / "a.nc").write_text(f"G21 G90 G94 {program}\nG0 X0 Y0 Z150 A0 C0\nG1 X5 F500\nM2\n")
     (tmp_path / "a.nc.toml").write_text(f"[tools]\n{tools}\n[wcs]\nG54 = [0, 0, 60]\n")
-    found = [one for one in vp.check(tmp_path / "a.nc", vp.load_machine()).findings if one.code == "VP012"]
+    result = check_as_commands(tmp_path / "a.nc", vp.load_machine())
+    found = [one for one in result.findings if one.code == "VP012"]
     assert found[-1].message.startswith(said)
     assert [one.line for one in found] == ([1, 3] if program else [3])
     assert remedy in describe_remedy(found[-1], "a") if remedy else describe_remedy(found[-1], "a") == ""
@@ -281,7 +285,7 @@ def test_the_remedy_of_a_set_up_does_not_depend_on_the_words_of_the_message(
     """It was chosen by patterns over messages: one in other words, as another language has it, had the wrong one."""
     options = vp.Options(**{"tools": {1: 80.0}, "dialect": "fanuc", **given})
     text = f"%\nO1\n{program}%\n" if options.dialect == "fanuc" else program
-    [item] = [one for one in vp.check(text, "verne", options).findings if one.code == code]
+    [item] = [one for one in check_as_commands(text, "verne", options).findings if one.code == code]
     for said in (describe_remedy(item, "a.nc"), describe_remedy(replace(item, message="in other words"), "a.nc")):
         assert said.startswith(remedy)
         assert bool(said) == bool(remedy)
