@@ -484,6 +484,61 @@ def test_a_file_that_only_a_program_of_the_run_calls_is_checked_there(
     assert "not checked alone" not in run("check", "p", *place).out
 
 
+HEAD = "L X+0 Y+0 Z+50 R0 FMAX\n"
+FAR_UP = "BEGIN PGM UP MM\nL X+4000 F900\nEND PGM UP MM\n"
+OPERATION = "BEGIN PGM UP MM\nTOOL CALL 1 Z S900\nL X+4000 F900\nEND PGM UP MM\n"
+
+
+@pytest.mark.parametrize(
+    ("files", "refused"),
+    [
+        (
+            {"O1.nc": "O1\nG0 X0 Y0 Z50\nM98 P20\nM30\nO20\nG1 X5. F900\nM99\n", "O20.nc": "O20\nX4000.\nM99\n"},
+            "O20.nc",
+        ),
+        ({"O1.nc": "O1\nG0 X0 Y0 Z50\nGOTO 9\nM98 P20\nN9 M30\n", "O20.nc": "O20\nX4000.\nM99\n"}, "O20.nc"),
+        (
+            {"t.ngc": "G0 X0 Y0 Z50\no1 if [0]\no<up> call\no1 endif\nM2\n", "up.ngc": "o<up> sub\nX4\no<up> endsub\n"},
+            "up.ngc",
+        ),
+        ({"A.MPF": "G90 G0 X0 Y0 Z50\nT1 D1\nM6\nM30\n", "T1.MPF": "PROC T1\nG1 X4000 F900\nRET\n"}, "T1.MPF"),
+        ({"T.H": f"{HEAD}M30\nCALL PGM UP\n", "UP.H": FAR_UP}, "UP.H"),
+        ({"T.H": f"{HEAD}CALL PGM UP\nM30\n", "UP.H": OPERATION}, "UP.H"),
+        (
+            {
+                "T.H": f"{HEAD}CALL PGM UP\nM30\n",
+                "UP.H": FAR_UP.replace("4000", "4"),
+                "verne-post.toml": '[setup."UP.H".wcs]\nG54 = [0, 0, 20]\n',
+            },
+            "UP.H",
+        ),
+    ],
+)
+def test_a_file_that_no_program_of_the_run_executes_is_checked(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, files: dict[str, str], refused: str
+) -> None:
+    """A program has its name, or jumps over the call; or the file can run alone, or has a set-up of its own."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in files.items():
+        Path(name).write_text(text)
+    answer = run("check", ".", "--tool-length", "100", "--wcs", "G54=0,0,20")
+    assert answer.code in (1, 2)
+    assert f"{refused}: refused" in answer.out, answer.out
+    assert "not checked alone" not in answer.out
+
+
+def test_links_to_a_called_file_are_checked_there(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    main, text, name, called = CALLS["fanuc"]
+    Path(main).write_text(text)
+    Path(name).write_text(called)
+    Path("T20.nc").symlink_to(name)
+    answer = run("check", ".", "--tool-length", "100", "--wcs", "G54=0,0,20")
+    assert (answer.code, answer.out.splitlines()[-1]) == (0, f"not checked alone: {name}, T20.nc, called by {main}")
+
+
 def test_files_that_only_call_each_other_are_checked(
     tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

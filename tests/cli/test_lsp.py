@@ -2739,8 +2739,8 @@ def test_a_caller_is_sought_in_a_folder_of_long_programs(tmp_path: Path, monkeyp
     for name, text in (("a", "G1 X2000.\n"), ("b", "M98 P3\n"), ("c", "M98 P32000\n")):
         make_program(tmp_path, f"%\nO1\n{text}M30\n%\n", f"{name}.nc", None)
     searched: list[bytes] = []
-    find = subprograms.find_named
-    monkeypatch.setattr(subprograms, "find_named", lambda text, known: searched.append(text) or find(text, known))
+    find = subprograms._find_named
+    monkeypatch.setattr(subprograms, "_find_named", lambda text, known: searched.append(text) or find(text, known))
     assert Callers().find(sub, {}) == tmp_path / "c.nc"
     assert searched == [b"g1 x2000.", b"m98 p32000", b"m98 p32000"]
     monkeypatch.setattr(callers, "MOST_SEARCHED", 70)  # bytes: no more than three of the files

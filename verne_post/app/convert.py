@@ -87,6 +87,7 @@ def _assemble_then(
             unchecked="".join(
                 text for _key, text in list_unchecked(program.machine, program.options, program.moves.events)
             ),
+            called_files=program.moves.called_lines.files,
         )
 
 

@@ -284,6 +284,8 @@ class Result:
     unchecked : str
         The bodies that were not checked for contact, of a program that is refused too; empty where all were, and where
         the program could not be read.
+    called_files : tuple of str
+        The files of subprograms that it executes, as seen from its folder; empty where the program could not be read.
     """
 
     findings: tuple[Finding, ...]
@@ -293,6 +295,7 @@ class Result:
     program: str = ""
     machine: str = ""
     unchecked: str = ""
+    called_files: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", sort_by_line(self.findings))

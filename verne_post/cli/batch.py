@@ -10,6 +10,7 @@ import click
 
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import format_json, make_printable
+from verne_post.cli.called_files import drop_called
 from verne_post.cli.common import expect_options, load_machines, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
@@ -23,6 +24,7 @@ from verne_post.cli.options import (
     add_program_options,
     build_options,
     find_given_run,
+    find_settings,
 )
 from verne_post.cli.pictures import require_package
 from verne_post.cli.programs import find_programs
@@ -101,12 +103,11 @@ def command(
     share = _share(shard)
     paths = given["subroutine_path"]
     try:
-        programs, called = find_programs(
+        programs, named = find_programs(
             inputs,
             lambda name: files.note_read(name, f"program {name}"),
             output,
             may_lack=output.exists(),  # old rows of what is gone must go
-            folders=paths,
         )
         names = [name for name, _place in programs] or [""]
         expect_options(files, names, given)
@@ -133,8 +134,8 @@ def command(
         run_here(every, jobs or _count_cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
     )
     outcomes = sorted(_collect(running, len(every), quiet=quiet or github), key=lambda outcome: outcome.program)
-    reports = [
-        Report(
+    made = {
+        one.program: Report(
             one.program,
             one.findings,
             one.cycle_time_s,
@@ -143,10 +144,12 @@ def command(
             elapsed_s=one.elapsed_s,
             machine=None if machines[one.program] is machine else machines[one.program],
             run=find_given_run(given),
-            called=tuple(name for name, caller in called.items() if caller == one.program),
+            called=one.called_files,
         )
         for one in outcomes
-    ]
+    }
+    made = drop_called(made, named, lambda name: find_settings(files, given.get("settings"), name))
+    reports, outcomes = list(made.values()), [one for one in outcomes if one.program in made]
     for report in drop_repeated(reports):
         if report.findings:
             source = report.source or _read_text(files, report.program)

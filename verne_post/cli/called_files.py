@@ -1,18 +1,24 @@
-"""Which texts are subprograms, and which files of a run only its other programs call."""
+"""Which texts are subprograms, and which files of a run are only executed by its other programs."""
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+from msgspec.structs import replace
 
 from verne_post.base.program_lines import find_end, remove_remarks, split_lines
-from verne_post.config.subprograms import find_named, list_callable_files, names_file
+from verne_post.cli.files import show_name
+from verne_post.config.subprograms import names_file
 from verne_post.gcode.dialects import find_dialect_name
 from verne_post.gcode.words import read_whole_lines
-from verne_post.model.findings import UsageError
 
-#: A longer file is checked by itself too: bytes.
+if TYPE_CHECKING:
+    from verne_post.config.settings import Settings
+    from verne_post.output.findings import Report
+
+#: A longer file is no subprogram: bytes.
 LARGEST_CALLED: Final = 1 << 25
 SUB: Final = re.compile(r"O\s*(<[^<>]+>|\d+)\s*SUB\b", re.IGNORECASE)
 _ENDSUB: Final = re.compile(r"O\s*(?:<[^<>]+>|\d+)\s*ENDSUB\b", re.IGNORECASE)
@@ -28,6 +34,9 @@ _NO_CALL: Final = re.compile(
 )
 #: Languages by the endings of files that no other one calls; G-code has all other endings.
 LANGUAGES: Final = {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}
+_BEGIN: Final = re.compile(r"(?:\d+\s+)?BEGIN\s+PGM\b", re.IGNORECASE)
+#: A Klartext program with a tool of its own can run alone.
+_TOOL_CALL: Final = re.compile(r"(?:\d+\s+)?TOOL\s+CALL\b", re.IGNORECASE)
 _RET: Final = re.compile(r"(?:N\d+\s*)?(?:RET\b|M17(?!\d))", re.IGNORECASE)
 
 
@@ -78,51 +87,48 @@ def has_call(source: bytes, one: Path, path: Path) -> bool:
 
 
 def is_only_called(path: Path) -> bool:
-    """Whether a file is a subprogram, or may be one in Klartext, and has no set-up of its own."""
-    source = b"" if Path(f"{path}.toml").exists() else _read(path, LARGEST_CALLED)
+    """Whether a file is a subprogram and nothing else, and has no set-up beside it."""
+    source = b"" if Path(f"{path}.toml").exists() else _read(path)
     if not source.strip():
         return False
     dialect = find_dialect_name("auto", source, path.name) or LANGUAGES.get(path.suffix.lower(), "rs274")
-    judge = may_be_called if dialect == "heidenhain" else is_subprogram
-    return judge(source.decode("utf-8", errors="replace"), dialect, path.name)
+    text = source.decode("utf-8", errors="replace")
+    if dialect == "heidenhain" and may_be_called(text, dialect, path.name):
+        code = list_code(text, dialect)
+        return bool(code) and _BEGIN.match(code[0]) is not None and not any(map(_TOOL_CALL.match, code))
+    return is_subprogram(text, dialect, path.name)
 
 
-def find_callers(programs: Iterable[Path], asked: Collection[Path], folders: tuple[str, ...]) -> dict[Path, Path]:
-    """The files of a run that are only called, each with a program of the run whose check covers it.
+def drop_called(
+    reports: Mapping[str, "Report"], named: Collection[str], find_settings: Callable[[str], "Settings | None"]
+) -> dict[str, "Report"]:
+    """The reports of a run by program, without those of subprograms that are refused alone and executed by another one.
 
-    Parameters
-    ----------
-    programs : iterable of Path
-        Resolved.
-    asked : collection of Path
-        Those of them that are checked by themselves all the same.
-    folders : tuple of str
-        As ``--subroutine-path``.
+    ``called`` of a report has the files that its program has executed, as seen from its folder; then those of them
+    whose own reports are left out. Those ``named`` stay, and those with a set-up of their name in the settings.
     """
-    programs = list(programs)
-    may_be = {path for path in programs if path not in asked and is_only_called(path)}
-    calls = {path: _list_called(path, may_be - {path}, folders) if may_be else [] for path in programs}
-    top = {path: path for path in programs if path not in may_be}
-    waiting = list(top)
-    for path in waiting:  # it grows; files that only call each other stay programs
-        new = [one for one in calls[path] if one not in top]
-        top |= dict.fromkeys(new, top[path])
-        waiting += new
-    return {path: top[path] for path in may_be & top.keys()}
+
+    def may_be_dropped(name: str) -> bool:
+        settings = find_settings(name)
+        return name not in named and (settings is None or Path(name).name not in settings.setups)
+
+    refused = (name for name, one in reports.items() if any(item.severity == "error" for item in one.findings))
+    waiting = {name: Path(name).resolve() for name in refused if may_be_dropped(name) and is_only_called(Path(name))}
+    callers: dict[Path, str] = {}
+    for name, one in reports.items() if waiting else ():
+        folder = Path(name).resolve().parent
+        files = one.called if name not in waiting else ()  # who calls it must be a program
+        callers = dict.fromkeys(((folder / file).resolve() for file in files), name) | callers
+    dropped = {name: callers[path] for name, path in waiting.items() if path in callers}
+    return {
+        name: replace(one, called=tuple(show_name(other) for other, caller in dropped.items() if caller == name))
+        for name, one in reports.items()
+        if name not in dropped
+    }
 
 
-def _list_called(path: Path, may_be: Collection[Path], folders: tuple[str, ...]) -> list[Path]:
-    """Those of some files that the program of a file calls, where it finds them."""
-    with suppress(UsageError, OSError):  # whoever checks the program says what is wrong with --subroutine-path
-        known = {one.stem.lower(): one for one in list_callable_files(path.parent, folders) if one in may_be}
-        source = _read(path) if known else b""
-        named = dict.fromkeys(name for name in find_named(source, known) if name in known)
-        return [known[name] for name in named if has_call(source, path, known[name])]
-    return []
-
-
-def _read(path: Path, most: int | None = None) -> bytes:
+def _read(path: Path) -> bytes:
     """The text of a file; empty where it is longer or cannot be read, which its own check says."""
     with suppress(OSError):
-        return path.read_bytes() if most is None or path.stat().st_size <= most else b""
+        return path.read_bytes() if path.stat().st_size <= LARGEST_CALLED else b""
     return b""

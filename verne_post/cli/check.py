@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
 from verne_post.base.text_marks import decode_text
+from verne_post.cli.called_files import drop_called
 from verne_post.cli.colour import say
 from verne_post.cli.common import (
     PROGRAM,
@@ -147,15 +148,9 @@ def command(
         return ExitStatus.CLEAN
     files = RunFiles()
     programs, lacking = [], None
-    called: dict[str, str] = {}
+    named = set[str]()
     try:
-        found, called = find_programs(
-            inputs,
-            lambda name: files.note_read(name, PROGRAM),
-            may_lack=True,
-            folders=given["subroutine_path"],
-            are_asked=not changed,
-        )
+        found, named = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=True)
         programs = [name for name, _place in found]
     except click.UsageError as error:  # every report that is asked for says it
         lacking = error
@@ -195,18 +190,18 @@ def command(
     from verne_post.output.policy import apply_policy, format_baseline
     from verne_post.output.reports import FORMATS
 
-    everything: list[Report] = []
-    reports, statuses = [], []
+    made: dict[str, Report] = {}
     # a log that is a terminal, as of act, would show the line of progress before a command, which then is none
     still = quiet or output_format == "github"
     for name in programs:
-        policy, level = policies[name]
         report = _check_one(files, name, machines[name], given, quiet=still, limits_only=limits_only)
-        own_files = tuple(show_name(one) for one, caller in called.items() if caller == name)
-        report = replace(report, fail_level=level, called=own_files)
-        everything.append(report if machines[name] is machine else replace(report, machine=machines[name]))
-        reports.append(apply_policy(everything[-1], policy))
-        status = find_exit_status(reports[-1].findings, level)
+        machine_of_it = None if machines[name] is machine else machines[name]
+        made[name] = replace(report, machine=machine_of_it, fail_level=policies[name][1])
+    made = drop_called(made, () if changed else named, lambda name: find_settings(files, given.get("settings"), name))
+    everything, statuses = list(made.values()), []
+    reports = [apply_policy(report, policies[name][0]) for name, report in made.items()]
+    for report in reports:
+        status = find_exit_status(report.findings, report.fail_level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
         baseline, known, left_out = format_baseline(everything)
@@ -259,7 +254,8 @@ def _check_one(
     remarked = list_remarks(result.summary) if result.summary else describe_unchecked([result.unchecked])
     elapsed, run = time.perf_counter() - begin, find_given_run(given)
     found = files.find_lines(result.findings)
-    return Report(shown, found, seconds, source, tuple(remarked), result.unchecked, elapsed_s=elapsed, run=run)
+    facts = (shown, found, seconds, source, tuple(remarked), result.unchecked)
+    return Report(*facts, elapsed_s=elapsed, run=run, called=result.called_files)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

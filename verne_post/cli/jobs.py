@@ -118,6 +118,7 @@ class Outcome(Struct, frozen=True):
     again: bool = False
     left: tuple[str, ...] = ()
     unchecked: str = ""  #: Bodies that were not checked for contact; "" also where it could not be read.
+    called_files: tuple[str, ...] = ()  #: As of its result.
     elapsed_s: float = 0.0  #: How long this run took for it; not recorded.
 
 
@@ -228,6 +229,7 @@ def _make_outcome(job: Job) -> Outcome:
             None if summary is None else summary.cycle_time,
             None if summary is None else summary.n_rows,
             unchecked=result.unchecked,
+            called_files=result.called_files,
         )
         made = {(job.place.parent / path.name).as_posix(): path for path in sorted(folder.iterdir())}
         for name in made:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from verne_post.cli.called_files import find_callers, is_only_called
+from verne_post.cli.called_files import is_only_called
 from verne_post.cli.files import DASH, Unreadable, is_dash
 from verne_post.cli.program_folders import LOOKED_FOR, PROGRAMS, find_programs_inside
 
@@ -19,10 +19,8 @@ def find_programs(
     but_in: Path | None = None,
     *,
     may_lack: bool = False,
-    folders: tuple[str, ...] = (),
-    are_asked: bool = True,
-) -> tuple[list[tuple[str, Path]], dict[str, str]]:
-    """Every program, and its place in the structure of its folder; files that are only called, each with a caller.
+) -> tuple[list[tuple[str, Path]], set[str]]:
+    """Every program, and its place in the structure of its folder; and which of them are named, each by itself.
 
     Parameters
     ----------
@@ -35,10 +33,6 @@ def find_programs(
         A folder in which none is looked for.
     may_lack : bool
         It is no mistake that nothing of what is named exists.
-    folders : tuple of str
-        In which a program finds files that it calls, beside its own: ``--subroutine-path``.
-    are_asked : bool
-        What is named is a program of the run, even where another one calls it.
 
     Raises
     ------
@@ -49,7 +43,7 @@ def find_programs(
         Where nothing that is named exists.
     """
     found: list[tuple[str, Path]] = []
-    asked: list[str] = []
+    named: set[str] = set()
     if list(inputs).count(DASH) > 1:
         raise click.UsageError("- appears twice; standard input can be read once")
     wrong: list[str] = []
@@ -71,7 +65,7 @@ def find_programs(
             else:
                 program = _find_program(path)
                 found.append((match if program is path else str(program), Path(program.name)))
-                asked += [found[-1][0]] * (are_asked and not has_pattern)
+                named |= set() if has_pattern else {found[-1][0]}
     for name, _place in found:
         note(name)
     if wrong or (lacking and not found):
@@ -79,11 +73,7 @@ def find_programs(
     found += [(name, Path(Path(name).name, "*")) for name in lacking]  # no program has rows of this name
     if not may_lack and not any(is_dash(name) or Path(name).exists() for name, _place in found):
         raise Unreadable(", ".join(name for name, _place in found), "no such file or folder")
-    paths = {Path(name).resolve(): name for name, _place in found if not is_dash(name)}
-    callers = find_callers(paths, {Path(name).resolve() for name in asked}, folders)
-    called = {paths[path]: paths[caller] for path, caller in callers.items()}
-    # a program and its set-up may both be named
-    return [one for one in dict.fromkeys(found) if Path(one[0]).resolve() not in callers], called
+    return list(dict.fromkeys(found)), named  # a program and its set-up may both be named
 
 
 def is_setup(path: Path) -> bool:
@@ -99,7 +89,7 @@ def _find_program(path: Path) -> Path:
 def find_readers(changed: Sequence[str]) -> tuple[str, ...]:
     """Programs and set-ups among files that have changed; every program that git tracks where a shared one is there.
 
-    A program that others may call is a shared file, too.
+    A subprogram is a shared file, too.
 
     Raises
     ------

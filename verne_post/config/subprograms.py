@@ -89,7 +89,7 @@ def names_file(text: Text, path: Path) -> bool:
     for chunk in map(bytes.lower, read_whole_lines(text)):
         if letters in chunk.translate(None, b" \t"):
             lines = (line for line in chunk.split(b"\n") if letters in line.translate(None, b" \t"))
-            if name in find_named(b"\n".join(lines), {name: path}):
+            if name in _find_named(b"\n".join(lines), {name: path}):
                 return True
     return False
 
@@ -99,7 +99,7 @@ def _find_called(text: Text, known: dict[str, Path]) -> list[str]:
     if _may_call(text) and _COMPUTED.search(text):
         return list(known)
     called_by_name = [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME]
-    return [*find_named(text, known), *_find_meant_names(text, called_by_name), *_find_meant_numbers(text, known)]
+    return [*_find_named(text, known), *_find_meant_names(text, called_by_name), *_find_meant_numbers(text, known)]
 
 
 def _find_meant_numbers(text: Text, known: dict[str, Path]) -> list[str]:
@@ -117,7 +117,7 @@ def _list_numbers(text: Text) -> list[int]:
     return [int(number) % 10_000_000 for number in found]
 
 
-def find_named(text: Text, known: dict[str, Path]) -> list[str]:
+def _find_named(text: Text, known: dict[str, Path]) -> list[str]:
     """Names, without ending, in the calls of a text, and in Siemens the names of files that it has."""
     by_name = _find_names(text, [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME])
     if not _may_call(text):

@@ -97,4 +97,4 @@ class LineCounter(Struct):
     def freeze(self) -> CalledLines:
         """All of them."""
         before, line = np.array(self.stretches, np.int64).reshape(-1, 2).T
-        return CalledLines(tuple(self.calls), before, line)
+        return CalledLines(tuple(self.calls), tuple(self.other_files), before, line)

@@ -274,6 +274,7 @@ class CalledLines(Struct, frozen=True):
     """
 
     calls: Sequence[tuple[str, int]] = ()
+    files: tuple[str, ...] = ()  #: Those that were executed, with moves or without.
     #: Of stretches of moves, ascending: the number of the first, and its line; 0 for the lines that moves have.
     before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     line: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
