@@ -473,9 +473,12 @@ def add_line_remedies(line: Line, holds: Trial) -> Line:
     asked = [item for item in line.findings if is_about_pose(item.code)]
     if not asked or not remedies.is_movable(line.joints):
         return line
-    gravest, found = find_worst(asked), tuple(propose(line, asked, holds))
+    gravest, found = find_worst(asked), list(propose(line, asked, holds))
+    planes = (describe_plane(line.moves, line.joints.machine, item, line.number) for item in asked)
+    if found and (plane := next(filter(None, planes), "")):
+        found.insert(0, f"{NOT_TRIED}{plane}")
     told = (
-        dataclasses.replace(one, remedies=found) if is_about_pose(one.code) and one.severity == gravest else one
+        dataclasses.replace(one, remedies=tuple(found)) if is_about_pose(one.code) and one.severity == gravest else one
         for one in line.findings
     )
     return replace(line, findings=tuple(told))
@@ -492,9 +495,10 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         return
     gravest = find_worst(findings)
     if not remedies.is_movable(line.joints):
-        is_rotary = any(item.code in remedies.ROTARY_CODES for item in findings)
-        plane = describe_plane(line.moves, line.number, line.text) if is_rotary else ""
-        yield plane or "the line is no motion of the part alone: nothing is proposed"
+        machine = line.joints.machine
+        planes = (describe_plane(line.moves, machine, item, line.number) for item in findings)
+        causes = (*planes, *(_describe_kept_angle(line, item) for item in findings))
+        yield next(filter(None, causes), "") or "the line is no motion of the part alone: nothing is proposed"
         return
     found = list(dict.fromkeys(text for item in findings for text in item.remedies))
     what = "what would bring the line within limits" if gravest == "error" else "what would remove the warnings"
