@@ -251,7 +251,9 @@ def _list_values(state: State) -> Iterator[str]:
 
 def _describe_plane(state: State, machine: Machine) -> Iterator[str]:
     """The tilted plane in force; else how X, Y, Z are turned and shifted against the work system, where they are."""
-    plane = state.frame.feature
+    plane, shifts = state.frame.feature, zip(AXES, state.frame.g92, strict=True)
+    if shown := ", ".join(f"{at} {format_number(by)} {'deg' if at in 'ABC' else 'mm'}" for at, by in shifts if by):
+        yield f"zero shifted by {shown} (G52, G92)"
     if plane is None:
         return
     if not plane.is_programmed:
@@ -259,14 +261,14 @@ def _describe_plane(state: State, machine: Machine) -> Iterator[str]:
         angles = " ".join(f"{letter}{format_number(state.position[axis], 4)}" for letter, axis in axes)
         assumed = "" if any(state.named_axes[axis] for _letter, axis in axes) else " (assumed)"
         yield f"no tilted plane: X, Y, Z along the axes of the machine, at {angles}{assumed}"
-    elif not plane.is_level:
+        return
+    if not plane.is_level:
         yield f"tilted work plane, its Z along {_show_direction(plane.rotation[2::3])}"
-    else:
-        turn = math.degrees(math.atan2(plane.rotation[3], plane.rotation[0]))
-        if any(plane.origin):
-            yield f"zero shifted by {_show_direction(plane.origin)} mm"
-        if abs(turn) > UPRIGHT_DEG:
-            yield f"turned by {format_number(turn, 4)} deg about Z"
+    if max(map(abs, plane.origin)) > ZERO_LENGTH_MM:
+        yield f"zero shifted by {_show_direction(plane.origin)} mm"
+    turn = math.degrees(math.atan2(plane.rotation[3], plane.rotation[0]))
+    if plane.is_level and abs(turn) > UPRIGHT_DEG:
+        yield f"turned by {format_number(turn, 4)} deg about Z"
 
 
 def _show_direction(axis: Sequence[float]) -> str:
