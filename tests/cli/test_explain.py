@@ -1084,6 +1084,28 @@ def test_findings_are_printed_before_remedies_are_sought(
     assert name_in_python(first + after).startswith(explained)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "line", "said"),
+    [
+        ("a.nc", lines("%", "O1", "G90 G94 G17 G21 G54", "T1 M6", "S900 M3", "G0 A0. C0.", "G43 H1 Z50.", "G52 Y25.",
+                       "G0 X10. Y0.", "G1 Z2. F300.", "M30", "%"), 9, "G54, zero shifted by Y 25 mm (G52, G92), tool"),
+        ("a.ngc", lines("G90 G94 G17 G20 G54", "T1 M6", "S900 M3", "G43 H1", "G0 A0 C0", "G0 X0 Y0 Z2", "G92 X1 A10",
+                        "G1 X0.5 Z1 F12", "M30"), 8, "G54, zero shifted by X -25.4 mm, A -10 deg (G52, G92), tool"),
+        ("a.h", lines("0 BEGIN PGM A MM", "1 TOOL CALL 1 Z S900", "2 L A+0 C+0 R0 FMAX M3", "3 L Z+100 FMAX",
+                      "4 CYCL DEF 7.0 NULLPUNKT", "5 CYCL DEF 7.1 Y+25", "6 PLANE SPATIAL SPA+30 SPB+0 SPC+0 TURN FMAX",
+                      "7 L X+0 Y+0 FMAX", "8 L Z+50 FMAX", "9 M30", "10 END PGM A MM"), 8,
+         "tilted work plane, its Z along (0, -0.5, 0.866), zero shifted by (0, 25, 0) mm, tool"),
+    ],
+)  # fmt: skip
+def test_a_shift_of_the_zero_is_in_force(
+    run: Callable[..., Any], tmp_path: Path, name: str, text: str, line: int, said: str
+) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    path.with_name(f"{name}.toml").write_text(SIZES)
+    assert said in run("explain", f"{path}:{line}").out
+
+
 SIZES = "[tools]\n1 = { length = 80, diameter = 10 }\n[wcs]\nG54 = [0, 0, 60]\n"
 #: The same contour in three languages: name, program, line of its first side, line of its arc, and what is in force.
 BESIDE = [

@@ -586,6 +586,59 @@ def test_a_turn_to_a_plane_names_the_line_that_has_its_angles(tmp_path: Path, ru
             assert said in run("explain", f"{path}:10", *given[1:]).out
 
 
+#: Programs in which the plane may be the first that says how the table stands.
+_FANUC_PLANE = (
+    "%\nO1\nG90 G94 G17 G21\nG91 G28 Z0.\nG90\nT1 M6\nS900 M3\nG54\n{}G68.2 X0. Y0. Z-10. I0. J-125. K0.\nG53.1\n"
+    "G0 X0. Y0.\nG43 H1 Z50.\nG1 Z40. F300.\nG0 Z50.\nG69\nG0 A0. C0.\nM30\n%\n"
+)
+_SIEMENS_PLANE = (
+    "G17 G71 G90 G94 G54\nT1 M6\nD1 S900 M3\nCYCLE800()\n{}G0 SUPA Z0 D0\n"
+    'CYCLE800(0,"TC1",0,57,0,0,0,-125,0,0,0,0,0,-1)\n'
+    "G0 X0 Y0\nZ50 D1\nG1 Z40 F300\nG0 Z50\nCYCLE800()\nG0 A0 C0\nM30\n"
+)
+_KLARTEXT_PLANE = (
+    "BEGIN PGM A MM\nTOOL CALL 1 Z S900 F300\nM3\n{}L Z+0 R0 FMAX M91\n"
+    "PLANE SPATIAL SPA-125 SPB+0 SPC+0 TURN FMAX TABLE ROT\nL X+0 Y+0 R0 FMAX\nL Z+50 FMAX\nL Z+40 F200\n"
+    "L Z+50 R0 FMAX\nPLANE RESET TURN FMAX\nM30\nEND PGM A MM\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("program", "before", "turning", "plane"),
+    [
+        (_FANUC_PLANE, "G0 A0. C0.\n", "G53.1", "G68.2"),
+        (_SIEMENS_PLANE, "G0 A0 C0\n", "CYCLE800(0", "CYCLE800"),
+        (_KLARTEXT_PLANE, "L A+0 C+0 R0 FMAX\n", "PLANE SPATIAL", "PLANE SPATIAL"),
+    ],
+)
+def test_the_first_tilt_is_told_at_the_block_that_turns_the_table(
+    program: str, before: str, turning: str, plane: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """The program starts at the angle that its first plane has: the lines before, and A0 behind, are not at fault."""
+    place = {"tools": {1: (90.0, 6.0)}, "wcs": {"G54": (0, 100, 100)}}
+    for head in ("", before):
+        lines = program.format(head).splitlines()
+        at = next(n for n, one in enumerate(lines, 1) if one.startswith(turning))
+        said = at - (turning == "G53.1")
+        found = vp.check("\n".join(lines), "ac_trunnion", vp.Options(**place)).errors
+        (item,) = (one for one in found if one.code == "VP102")
+        assert item.line == at and (item.last_line or 0) > at + 4
+        assert item.remedies[0].startswith(f"not tried: correct the angles of {plane} in line {said} first")
+    path = tmp_path / "a.h"
+    path.write_text(program.format(""))
+    given = ("--tool-length", "90", "--wcs", "G54=0,100,100", "--machine", "ac_trunnion")
+    at, said = at - 1, said - 1
+    for line in (at, at + 2, at + 3):
+        assert f"correct the angles of {plane} in line {said} first" in run("explain", f"{path}:{line}", *given).out
+
+
+def test_a_tilt_of_words_is_told_at_them_though_a_plane_follows() -> None:
+    program = _FANUC_PLANE.format("G0 A-125. C0.\n")
+    options = vp.Options(tools={1: (90.0, 6.0)}, wcs={"G54": (0, 100, 100)})
+    (item,) = (one for one in vp.check(program, "ac_trunnion", options).errors if one.code == "VP102")
+    assert (item.line, any("plane" in one for one in item.remedies)) == (9, False)
+
+
 def test_a_tip_below_the_table_names_the_plane_that_turns_it() -> None:
     head = "%\nO1\nG90 G94 G17 G21\nT1 M6\nS900 M3\nG54 G0 A0. C0.\nX-20. Y0.\nG43 H1 Z50.\n"
     cut = "G68.2 X0. Y0. Z0. I0. J-85. K0.\nG53.1\nG0 X0. Y70. Z20.\nG1 Z2. F300.\n"

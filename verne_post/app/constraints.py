@@ -64,7 +64,8 @@ def _name_plane(program: Program, item: Finding) -> Finding:
     if plane is None or not plane.word or not np.isfinite(moves.end[row, rotary]).all():
         return item
     angles = (f"{AXES[axis]}{format_number(float(moves.end[row, axis]), 4)}" for axis in rotary)
-    text = f"; the plane of {plane.word} in line {plane.line} turns the table to {' '.join(angles)}"
+    where = moves.called_lines.name_line(plane.own_line)
+    text = f"; the plane of {plane.word} in {where} turns the table to {' '.join(angles)}"
     return dataclasses.replace(item, message=item.message + text)
 
 

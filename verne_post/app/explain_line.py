@@ -251,7 +251,9 @@ def _list_values(state: State) -> Iterator[str]:
 
 def _describe_plane(state: State, machine: Machine) -> Iterator[str]:
     """The tilted plane in force; else how X, Y, Z are turned and shifted against the work system, where they are."""
-    plane = state.frame.feature
+    plane, shifts = state.frame.feature, zip(AXES, state.frame.g92, strict=True)
+    if shown := ", ".join(f"{at} {format_number(by)} {'deg' if at in 'ABC' else 'mm'}" for at, by in shifts if by):
+        yield f"zero shifted by {shown} (G52, G92)"
     if plane is None:
         return
     if not plane.is_programmed:
@@ -259,14 +261,14 @@ def _describe_plane(state: State, machine: Machine) -> Iterator[str]:
         angles = " ".join(f"{letter}{format_number(state.position[axis], 4)}" for letter, axis in axes)
         assumed = "" if any(state.named_axes[axis] for _letter, axis in axes) else " (assumed)"
         yield f"no tilted plane: X, Y, Z along the axes of the machine, at {angles}{assumed}"
-    elif not plane.is_level:
+        return
+    if not plane.is_level:
         yield f"tilted work plane, its Z along {_show_direction(plane.rotation[2::3])}"
-    else:
-        turn = math.degrees(math.atan2(plane.rotation[3], plane.rotation[0]))
-        if any(plane.origin):
-            yield f"zero shifted by {_show_direction(plane.origin)} mm"
-        if abs(turn) > UPRIGHT_DEG:
-            yield f"turned by {format_number(turn, 4)} deg about Z"
+    if max(map(abs, plane.origin)) > ZERO_LENGTH_MM:
+        yield f"zero shifted by {_show_direction(plane.origin)} mm"
+    turn = math.degrees(math.atan2(plane.rotation[3], plane.rotation[0]))
+    if plane.is_level and abs(turn) > UPRIGHT_DEG:
+        yield f"turned by {format_number(turn, 4)} deg about Z"
 
 
 def _show_direction(axis: Sequence[float]) -> str:
@@ -473,9 +475,12 @@ def add_line_remedies(line: Line, holds: Trial) -> Line:
     asked = [item for item in line.findings if is_about_pose(item.code)]
     if not asked or not remedies.is_movable(line.joints):
         return line
-    gravest, found = find_worst(asked), tuple(propose(line, asked, holds))
+    gravest, found = find_worst(asked), list(propose(line, asked, holds))
+    planes = (describe_plane(line.moves, line.joints.machine, item, line.number) for item in asked)
+    if found and (plane := next(filter(None, planes), "")):
+        found.insert(0, f"{NOT_TRIED}{plane}")
     told = (
-        dataclasses.replace(one, remedies=found) if is_about_pose(one.code) and one.severity == gravest else one
+        dataclasses.replace(one, remedies=tuple(found)) if is_about_pose(one.code) and one.severity == gravest else one
         for one in line.findings
     )
     return replace(line, findings=tuple(told))
@@ -492,9 +497,10 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         return
     gravest = find_worst(findings)
     if not remedies.is_movable(line.joints):
-        is_rotary = any(item.code in remedies.ROTARY_CODES for item in findings)
-        plane = describe_plane(line.moves, line.number, line.text) if is_rotary else ""
-        yield plane or "the line is no motion of the part alone: nothing is proposed"
+        machine = line.joints.machine
+        planes = (describe_plane(line.moves, machine, item, line.number) for item in findings)
+        causes = (*planes, *(_describe_kept_angle(line, item) for item in findings))
+        yield next(filter(None, causes), "") or "the line is no motion of the part alone: nothing is proposed"
         return
     found = list(dict.fromkeys(text for item in findings for text in item.remedies))
     what = "what would bring the line within limits" if gravest == "error" else "what would remove the warnings"

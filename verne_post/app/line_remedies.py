@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from verne_post.app.explain_numbers import format_list, format_mm, format_number
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.program_lines import change_vector, goes_to_reference, remove_remarks
+from verne_post.base.program_lines import change_vector, goes_to_reference
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, MM_PER_INCH
 from verne_post.gcode.machining.state import State
@@ -21,7 +21,7 @@ from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Frame, MoveKind, Moves
+from verne_post.model.moves import AXES, Frame, MoveKind, Moves, PlaneCall
 from verne_post.model.options import Options
 from verne_post.model.part_setup import TOOL_PARTS, OwnStock, name_system
 from verne_post.model.protocols import name_solution, turn_to_setup
@@ -29,8 +29,6 @@ from verne_post.model.verdict import find_worst
 
 #: Contacts with fixtures and with the stock.
 CONTACTS: Final = ("VP215", "VP216")
-#: Codes of Fanuc that turn the table to the plane in force.
-_TURN_TO_PLANE: Final = re.compile(r"(?<![A-Z_\d])G53\.[16](?!\d)", re.IGNORECASE)
 #: A joint and a word differ by the platform's tilt to within rounding, degrees.
 _SAME_DEG: Final = 1e-6
 #: So many tilts of an end, and branches, are tried on the program, the nearest first.
@@ -130,25 +128,54 @@ def describe_kept_angle(moves: Moves, machine: Machine, item: Finding, number: i
         return ""
     of = remedies.ROTARY_CODES.index(item.code)
     axis = machine.coordinates.rotary[of]
-    given = _find_giving_row(moves, int(rows[-1]), axis)
+    row = int(rows[-1])
+    given = _find_giving_row(moves, row, axis)
     if at_start := at_start and given >= rows[0]:
-        given = _find_giving_row(moves, int(rows[0]) - 1, axis)
-    line = int(moves.line[given])
-    if not 0 <= given < rows[0] or line <= 0 or not np.isfinite(moves.end[given, axis]):
+        row = int(rows[0]) - 1
+        given = _find_giving_row(moves, row, axis)
+    if not 0 <= given < rows[0] or not np.isfinite(moves.end[given, axis]):
         return ""
+    turn = find_turn_to_plane(moves, row, axis)
+    line = int(moves.line[given if turn is None else turn[1]])
+    if line <= 0 or line == number:
+        return ""
+    what = f"line {line}" if turn is None else _name_angles(moves, turn[0])
     word = f"{machine.rotary_letters[of]} {format_number(float(moves.end[given, axis]), 4)}"
-    return f"line {number} {'begins at' if at_start else 'keeps'} {word} of line {line}: correct line {line} first"
+    return f"line {number} {'begins at' if at_start else 'keeps'} {word} of line {line}: correct {what} first"
 
 
-def describe_plane(moves: Moves, number: int, text: str) -> str:
-    """To which plane a line turns the table that has no angles of its own, as G53.1 in Fanuc programs; else empty."""
+def describe_plane(moves: Moves, machine: Machine, item: Finding, number: int) -> str:
+    """Which plane gave a line the angle with which it breaks the travel of a rotary joint; empty for one of words."""
     rows = np.flatnonzero(moves.line == number)
-    if not len(rows) or _TURN_TO_PLANE.search(remove_remarks(text)) is None:
+    if item.code not in remedies.ROTARY_CODES or not len(rows):
         return ""
-    plane = next((one for one in reversed(moves.planes) if one.before <= rows[0]), None)
-    if plane is None or not plane.word:
+    axis = machine.coordinates.rotary[remedies.ROTARY_CODES.index(item.code)]
+    turn = find_turn_to_plane(moves, int(rows[-1]), axis)
+    if turn is None:
         return ""
-    return f"correct the angles of {plane.word} in line {plane.line} first: line {number} turns the table to this plane"
+    plane, row = turn
+    line = int(moves.line[row])
+    turns = f": line {line} turns the table to this plane" if line != plane.line else ""
+    return f"correct {_name_angles(moves, plane)} first{turns}"
+
+
+def _name_angles(moves: Moves, plane: PlaneCall) -> str:
+    return f"the angles of {plane.word} in {moves.called_lines.name_line(plane.own_line)}"
+
+
+def find_turn_to_plane(moves: Moves, row: int, axis: int) -> tuple[PlaneCall, int] | None:
+    """The plane for which a rotary axis has its angle at a row, and the row that turns the table to it.
+
+    Where the axis has it from the start on, a plane that turns the table later says so: the program starts there.
+    """
+    begin = _find_giving_row(moves, row, axis)
+    others = np.flatnonzero(np.abs(moves.end[max(begin, 0) :, axis] - moves.end[row, axis]) > _SAME_DEG)
+    end = begin + int(others[0]) if len(others) else len(moves)
+    for plane in moves.planes if begin >= 0 else ():
+        turn = plane.turned - 1
+        if begin <= turn < end and (moves.line[turn] == moves.line[begin] if begin else plane.is_first):
+            return plane, turn
+    return None
 
 
 def _find_giving_row(moves: Moves, row: int, *axes: int) -> int:

@@ -7,11 +7,13 @@ from typing import Final
 import numpy as np
 
 from verne_post.app.assemble import Program
+from verne_post.app.line_remedies import find_turn_to_plane
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_word
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.findings import Finding
+from verne_post.model.moves import Moves
 from verne_post.model.verdict import Family, find_family
 
 #: Another height, mm, may bring the start within limits: then Z is what is wrong with it, else X or Y.
@@ -24,7 +26,8 @@ def quote_start(source: Text, program: Program, findings: Sequence[Finding]) -> 
     """The findings, of which those that begin where the program starts have the line that names this place.
 
     The first naming of an axis says where it stands from the beginning, so its line moves nothing, and the first motion
-    would be blamed. A program that is restarted elsewhere keeps its lines.
+    would be blamed. An angle of the table is first named by the block that turns it to a plane, where no words do. A
+    program that is restarted elsewhere keeps its lines.
     """
     path, moves = program.path, program.moves
     first = int(path.moves_with_length[0])
@@ -38,7 +41,12 @@ def quote_start(source: Text, program: Program, findings: Sequence[Finding]) -> 
     heights = tip + np.outer(_HEIGHTS, (0.0, 0.0, 1.0))
     letters = "Z" if _are_legal(program, heights, angles, length).any() else "XY"
     end = min(first, _OPENING)
-    if letters == "XY" and (turned_letters := _find_beyond(program, tip, angles, length)):
+    turned_letters = _find_beyond(program, tip, angles, length)
+    rotary = dict(zip(program.machine.rotary_letters, program.machine.coordinates.rotary, strict=True))
+    turns = (find_turn_to_plane(moves, first, rotary[letter]) for letter in turned_letters)
+    if turn := next(filter(None, turns), None):
+        return [_move_to_row(item, moves, turn[1]) if _is_at(item, line) else item for item in findings]
+    if letters == "XY" and turned_letters:
         letters, end = turned_letters, first + _OPENING  # the first naming of A may come after the first move
     for number in dict.fromkeys(moves.line[:end].tolist()):
         text = (take_line(source, number) or b"").decode("utf-8", errors="replace")
@@ -51,6 +59,13 @@ def _move_to(item: Finding, line: int) -> Finding:
     """A finding with its line, and with no line before it."""
     last, worst = (max(one or line, line) for one in (item.last_line, item.worst_line))
     return dataclasses.replace(item, line=line, last_line=last, worst_line=worst)
+
+
+def _move_to_row(item: Finding, moves: Moves, row: int) -> Finding:
+    """A finding with the line of a move, which may be one of a called file."""
+    own = int(moves.called_lines.number_moves(moves.line[row : row + 1], np.array([row]))[0])
+    there = moves.called_lines.place(dataclasses.replace(item, line=own, last_line=own, column=None, called=None))
+    return _move_to(dataclasses.replace(there, last_line=item.last_line, worst_line=item.worst_line), there.line or 0)
 
 
 def _find_beyond(program: Program, tip: Array, angles: Array, length: float) -> str:

@@ -171,8 +171,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
                 tried = (cure, *(one for one in tried if one not in (offset, nothing)))
             elif word is not None:
                 tried = (word, *(one for one in tried if one != nothing))
-            text = (take_line(source, item.line or 0) or b"").decode("utf-8", errors="replace")
-            if item.code in ROTARY_CODES and (plane := describe_plane(program.moves, item.line or 0, text)):
+            if plane := describe_plane(program.moves, program.machine, item, item.line or 0):
                 tried = (Remedy(f"{NOT_TRIED}{plane}"), *tried)
             edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)

@@ -295,6 +295,11 @@ class Recorder(Struct):
         self.planes.append(PlaneCall(line, self.count, word, end, turn, self.lines.find_own(line)))
         self.left_plane = 0
 
+    def note_turn_to_plane(self, *, is_first: bool) -> None:
+        """The last moves have turned the table to the plane in force, ``is_first``: which nothing had placed before."""
+        if self.planes and self.planes[-1].word:
+            self.planes[-1] = replace(self.planes[-1], turned=self.count, is_first=is_first)
+
     def leave_plane(self, line: int) -> None:
         """A line begins what mostly stands after the end of the plane; the first one since moves were made in it."""
         if self.planes and self.planes[-1].word and self.count - self.planes[-1].before > 1:

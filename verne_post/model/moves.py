@@ -222,6 +222,8 @@ class PlaneCall(Struct, frozen=True):
     end: str = ""  #: What would end it, as G69.
     turn: str = ""  #: What would turn the table to it.
     own_line: int = 0  #: As in :class:`Event`.
+    turned: int = 0  #: The number of moves after the table has turned to it, without words of its axes; 0: it has not.
+    is_first: bool = False  #: Nothing before this turn has said how the table stands.
 
 
 class Tap(Struct, frozen=True):
@@ -594,7 +596,8 @@ class Moves(Struct, frozen=True):
 
     def _count_anew(self, count: Callable[[int], int]) -> dict[str, Any]:
         """All that is said of moves by their numbers, but events and called lines; ``count``: the new number of one."""
-        said = ("tcp_ends", "table_places", "selections", "planes", "calls", "taps")
+        said = ("tcp_ends", "table_places", "selections", "calls", "taps")
+        planes = (replace(one, before=count(one.before), turned=count(one.turned)) for one in self.planes)
         numbers = ("tcp_changes", "named_changes", "length_ends", "feeds")
         after = (count(number + 1) for number in self.machine_moves)  # the one that is inserted before is none of them
         return {
@@ -604,6 +607,7 @@ class Moves(Struct, frozen=True):
                 name: tuple((line, count(number)) for line, number in getattr(self, name))
                 for name in ("speeds", "turn_feeds")
             },
+            "planes": tuple(planes),
             "first_cut": count(self.first_cut),
             "machine_moves": tuple(number - 1 for number in after if number > 0),
         }

@@ -385,6 +385,7 @@ class KlartextPlanes:
             self._set_tilt(tilt, word, stays=True)
             return
         kind = MoveKind.RAPID if feed is None else MoveKind.FEED
+        is_first = not any(self.state.named_axes[axis] for axis in self.setup.rotary)
         with self.core.keep_feed():
             if feed is not None:
                 self.contour.set_feed_word(feed)
@@ -398,6 +399,7 @@ class KlartextPlanes:
             else:
                 self._move_about_tip(kind, targets, self.frames.convert_length(distance or 0.0))
         self._set_tilt(tilt, word)
+        self.recorder.note_turn_to_plane(is_first=is_first)
 
     def _set_tilt(self, tilt: Array | None, word: str, *, stays: bool = False) -> None:
         """Another plane, of PLANE or cycle 19; what was set inside the old one without end goes on outside."""

@@ -520,7 +520,9 @@ class FanucInterpreter(Rs274):
                 "P",
             )
         if "plane axis" in g:
+            is_first = not any(self.state.named_axes[axis] for axis in self.setup.rotary)
             self.planes.turn_to_plane(block, g["plane axis"])
+            self.recorder.note_turn_to_plane(is_first=is_first)
 
     def _set_mirror(self, block: Block, code: int) -> None:
         """G51.1; G50.1, which names axes whether they are mirrored or not."""

@@ -96,7 +96,9 @@ class Swivel:
         given.is_given("_TC")
         given.refuse_rest(("_DMODE",))
         if direction:
+            is_first = not any(self.to.state.named_axes[axis] for axis in self.to.setup.rotary)
             self._turn_table(block, direction)
+            self.to.recorder.note_turn_to_plane(is_first=is_first)
 
     def _end(self, line: int) -> None:
         """Without values: the plane ends; nothing moves."""
