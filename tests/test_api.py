@@ -817,6 +817,33 @@ def test_what_helps_is_said_in_words_of_python() -> None:
     assert lacking.remedy == "Give the length in tools, or in the set-up."
 
 
+def test_what_is_printed_has_words_of_python(tmp_path: Path) -> None:
+    """A text has no file beside it, and no setting of a control is in a file."""
+    shift = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S300\n2 L Z+50 R0 FMAX\n3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 #5\n"
+    tools = vp.Options(tools={1: 80}, wcs={"G54": (0, 0, 60)})
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90\nT1 M6\nG43 H1 G0 X0 Y0 Z20 A0 C0\nG1 X10 F600\nM30\n", "utf-8")
+    lacks = "  VP012, remedy: Give the length in tools, or in the set-up.\n"
+    for source, line, given, said in (
+        (program.read_text("utf-8"), 3, None, lacks),
+        (program, 3, None, lacks),
+        (f"{shift}5 L X+0 F100\n6 M30\n", 5, tools, '; give control={"heidenhain": {"datums": {"5": (X, Y, Z)}}}, mm,'),
+        (SHORT, 0, OPTIONS.changed(approach="home"), "line 0: the approach (approach), in no words of the program"),
+    ):
+        told = str(vp.explain(source, "verne", line, given))
+        assert said in told
+        assert not re.search(r"verne-post|\.toml|--[a-z]|under \[", told)
+    # what the message says needs no remedy: the file that is not there, the tool that no line calls
+    (missing,) = vp.check(program, "verne", setup=tmp_path / "nix.toml").findings
+    Path(f"{program}.toml").write_text("[tools]\n1 = { length = 80 }\n2 = { length = 70 }\n", "utf-8")
+    unused = next(
+        item for item in vp.check(program, "verne", OPTIONS.changed(tool_length=None)).findings if not item.line
+    )
+    assert [(item.code, item.remedy) for item in (missing, unused)] == [("VP503", ""), ("VP041", "")]
+    with pytest.raises(vp.UsageError, match="'MILL': another tool has its number already"):
+        vp.Options(tools={"DRILL": (tool := vp.Tool(100001, 1, (0, 0, 80, 0, 0, 0, 0, 0, 0))), "MILL": tool})
+
+
 def test_a_finding_prints_as_one_line() -> None:
     result = vp.check(
         "G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 0)})

@@ -15,7 +15,7 @@ from msgspec import structs
 
 from verne_post.base.suggestions import find_meant
 from verne_post.base.type_words import list_alternatives
-from verne_post.model.control_keys import NAMING_TOOLS
+from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
 from verne_post.model.options import OPTIONS, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK
@@ -65,7 +65,6 @@ _PHRASES: Final = {
     "; `verne-post machine validate` prints how long moves take": "",
     " (--ignore VP037)": "",
     "the message and --csv of machined name": "the message names",
-    'give [fanuc] directions = "machine"': 'give control={"fanuc": {"directions": "machine"}}',
     "[remap] of the set-up, or of verne-post.toml,": "remap",
     "--tool-table instead, or [tools] of the set-up (`verne-post setup` writes it), without": "tools instead, without",
     " (which has no tool_length then), or give --tool-table FILE": ", or give it in tools",
@@ -104,6 +103,12 @@ _PHRASE: Final = re.compile("|".join(r"(?: |\n +)".join(map(re.escape, one.split
 _IN_FILE: Final = re.compile(
     r"(?:Fill in wcs\.(\S+) in INPUT\.toml|Write (\S+) = \[x, y, z\] under \[wcs\] of INPUT\.toml)"
 )
+#: A key of a control, with its value or in a file; and a row of the datum table.
+_OF_CONTROL: Final = re.compile(
+    rf"\[({'|'.join(KEYS)})\] (\w+)(?: = (\"[^\"]*\"|[\w.-]*\w)(?: in (?:the settings file|verne-post\.toml))?"
+    r"| in (?:the settings file|verne-post\.toml))"
+)
+_DATUM: Final = re.compile(r'give it as ("[^"]*") = \[X, Y, Z\] in mm under \[heidenhain\.datums\] of the set-up')
 #: The last line of what is said of a line that cannot be executed.
 _SHOWS_ALL: Final = re.compile(
     r"^(the program has \d++ other errors?, .*: )verne-post check .* shows all$", re.MULTILINE
@@ -143,6 +148,8 @@ def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
     text = _IN_FILE.sub(lambda found: f"Give {found[1] or found[2]} in wcs, or in the set-up", text)
     text = _PHRASE.sub(lambda found: _PHRASES[re.sub(r"\n +", " ", found.group())], text)
+    text = _OF_CONTROL.sub(lambda found: f'control={{"{found[1]}": {{"{found[2]}": {found[3] or "VALUE"}}}}}', text)
+    text = _DATUM.sub(r'give control={"heidenhain": {"datums": {\1: (X, Y, Z)}}}, mm', text)
     text = _COMMAND.sub(r"\1", text)
     return replace_options(_SHOWS_ALL.sub(r"\1check shows all", text), _list_names, _assign)
 
