@@ -6,8 +6,9 @@ raise is put into the names of Python here, by the one table of options.
 
 import dataclasses
 import inspect
+import os
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial, wraps
 from typing import Any, Final, ParamSpec, TypeVar, get_args
 
@@ -15,6 +16,8 @@ from msgspec import structs
 
 from verne_post.base.suggestions import find_meant
 from verne_post.base.type_words import list_alternatives
+from verne_post.config.finding_places import place_in_files
+from verne_post.config.settings import Settings
 from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
 from verne_post.model.options import OPTIONS, find_about, spell_flag
@@ -133,15 +136,25 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
                 raise UsageError(name, f"an option of the program: pass options=Options({meant}=...)")
             near = f"did you mean {meant}?" if meant else f"the arguments are {', '.join(takes)}"
             raise UsageError(name, f"no such argument; {near}")
+        files = _list_files((*arguments, *named.values()))
         try:
-            return _name_within(function(*arguments, **named))
+            return _name_within(function(*arguments, **named), files)
         except UsageError as error:
             option = _ARGUMENTS.get(error.option, error.option)
             raise UsageError(option, name_in_python(error.reason)) from None
         except InputError as error:
-            raise type(error)(*map(_name_within, error.findings)) from None
+            raise type(error)(*(_name_within(place_in_files(item, files)) for item in error.findings)) from None
 
     return call
+
+
+def _list_files(arguments: Sequence[object]) -> list[str]:
+    """The files that a call may read: those that it names, and set-ups beside them."""
+    words = [one for one in arguments if isinstance(one, str)]
+    given = [os.fsdecode(one) for one in arguments if isinstance(one, os.PathLike)]
+    beside = [] if "none" in words else [f"{one}.toml" for one in given]
+    read = [one.shown for one in arguments if isinstance(one, Settings)]
+    return [*given, *(one for one in words if one.endswith(".toml")), *beside, *read]
 
 
 def name_in_python(text: str) -> str:
@@ -213,13 +226,15 @@ def _list_words(name: str) -> tuple[Any, ...]:
     )
 
 
-def _name_within(thing: Any) -> Any:
-    """A finding or a result whose texts name options as Python has them."""
+def _name_within(thing: Any, files: Sequence[str] = ()) -> Any:
+    """A finding or a result whose texts name options as Python has them, and whose findings their place in files."""
     is_plain = dataclasses.is_dataclass(thing)
     names = [one.name for one in dataclasses.fields(thing)] if is_plain else thing.__struct_fields__
     changed: dict[str, Any] = {}
     for key in names:  # to ask for others would look for what is meant by them
         if key in _WITH_TEXTS and (value := getattr(thing, key)) is not None:
+            if key == "findings" and files:
+                value = type(value)(place_in_files(item, files) for item in value)
             changed[key] = _WITH_TEXTS[key](value)
     if isinstance(thing, Finding):
         changed["advice"] = name_in_python(choose_remedy(thing))
