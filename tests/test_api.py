@@ -864,7 +864,7 @@ def test_a_mistake_in_a_file_has_the_place_that_commands_name(
         assert f"part.nc.toml:{line}:{column}: {first.code} " in run("check", "part.nc").out
         assert f"part.nc.toml:{line}: {first.code} " in str(first)
         assert f"part.nc.toml: {first.message}" in repr(result)
-    for read in (vp.read_settings, vp.load_machine, lambda path: vp.check(SHORT, settings=Path(path))):
+    for read in (vp.read_settings, vp.load_machine, lambda path: vp.fit(SHORT, "verne", settings=Path(path))):
         Path("wrong.toml").write_text("\nmachin = 1\n", "utf-8")
         with pytest.raises(vp.InputError, match=r"wrong\.toml: ") as caught:
             read("wrong.toml")
