@@ -143,7 +143,10 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
             option = _ARGUMENTS.get(error.option, error.option)
             raise UsageError(option, name_in_python(error.reason)) from None
         except InputError as error:
-            raise type(error)(*(_name_within(place_in_files(item, files)) for item in error.findings)) from None
+            found = [_name_within(place_in_files(item, files)) for item in error.findings]
+            error = type(error)(*found)
+            error.args = ("; ".join(item.placed_message for item in found),)
+            raise error from None
 
     return call
 

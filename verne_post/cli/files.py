@@ -240,14 +240,13 @@ class RunFiles:
 
     def find_key(self, key: str) -> str:
         """FILE:LINE of a key that is true in a set-up that the run has read; FILE where several tables have it."""
-        from verne_post.config.toml_entries import UnknownLayoutError, list_entries
+        from verne_post.config.toml_entries import list_seen_entries
 
         for name, text in self._list_tables():
-            with suppress(UnknownLayoutError):
-                own = [one for one in list_entries(text) if one.key[-1:] == (key,)]
-                true = [one for one in own if text[one.value : one.end] == "true"]
-                if true:
-                    return name if len(own) > 1 else f"{name}:{text.count(chr(10), 0, true[0].begin) + 1}"
+            own = [one for one in list_seen_entries(text) if one.key[-1:] == (key,)]
+            true = [one for one in own if text[one.value : one.end] == "true"]
+            if true:
+                return name if len(own) > 1 else f"{name}:{text.count(chr(10), 0, true[0].begin) + 1}"
         return ""
 
     def _list_tables(self) -> "Iterator[tuple[str, str]]":

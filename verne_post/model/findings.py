@@ -324,7 +324,7 @@ class InputError(Exception):
     """The input cannot be used at all; carries the findings that say why."""
 
     def __init__(self, *findings: Finding) -> None:
-        super().__init__("; ".join(item.placed_message for item in findings))
+        super().__init__("; ".join(item.full_message for item in findings))
         self.findings = findings
 
     def __reduce__(self) -> tuple[object, ...]:
