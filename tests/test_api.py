@@ -187,7 +187,7 @@ def test_a_bad_set_up_makes_a_result(part: Path, text: str, said: str) -> None:
     for result in (vp.convert(part, "verne"), vp.check(part, "verne")):
         (item,) = result.findings
         assert (item.code, result.exit_code) == ("VP503", 2)
-        assert said in item.message
+        assert said in item.placed_message
     told = vp.explain(part, "verne", 3)
     assert told.findings == result.findings
     assert said in told.text and told.text.startswith(f"{part}: VP503 error: ")
@@ -815,6 +815,61 @@ def test_what_helps_is_said_in_words_of_python() -> None:
     assert name_in_python("turn the part: `verne-post fit m/x19.nc --machine verne` does") == "turn the part: fit does"
     (lacking,) = vp.check("G21 G90\nT1 M6\nG43 H1 G0 X0 Y0 Z20 A0 C0\nM30\n", "verne").errors
     assert lacking.remedy == "Give the length in tools, or in the set-up."
+
+
+def test_what_is_printed_has_words_of_python(tmp_path: Path) -> None:
+    """A text has no file beside it, and no setting of a control is in a file."""
+    shift = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S300\n2 L Z+50 R0 FMAX\n3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 #5\n"
+    tools = vp.Options(tools={1: 80}, wcs={"G54": (0, 0, 60)})
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90\nT1 M6\nG43 H1 G0 X0 Y0 Z20 A0 C0\nG1 X10 F600\nM30\n", "utf-8")
+    lacks = "  VP012, remedy: Give the length in tools, or in the set-up.\n"
+    for source, line, given, said in (
+        (program.read_text("utf-8"), 3, None, lacks),
+        (program, 3, None, lacks),
+        (f"{shift}5 L X+0 F100\n6 M30\n", 5, tools, '; give control={"heidenhain": {"datums": {"5": (X, Y, Z)}}}, mm,'),
+        (SHORT, 0, OPTIONS.changed(approach="home"), "line 0: the approach (approach), in no words of the program"),
+    ):
+        told = str(vp.explain(source, "verne", line, given))
+        assert said in told
+        assert not re.search(r"verne-post|\.toml|--[a-z]|under \[", told)
+    # what the message says needs no remedy: the file that is not there, the tool that no line calls
+    (missing,) = vp.check(program, "verne", setup=tmp_path / "nix.toml").findings
+    Path(f"{program}.toml").write_text("[tools]\n1 = { length = 80 }\n2 = { length = 70 }\n", "utf-8")
+    unused = next(
+        item for item in vp.check(program, "verne", OPTIONS.changed(tool_length=None)).findings if not item.line
+    )
+    assert [(item.code, item.remedy) for item in (missing, unused)] == [("VP503", ""), ("VP041", "")]
+    with pytest.raises(vp.UsageError, match="'MILL': another tool has its number already"):
+        vp.Options(tools={"DRILL": (tool := vp.Tool(100001, 1, (0, 0, 80, 0, 0, 0, 0, 0, 0))), "MILL": tool})
+
+
+def test_a_mistake_in_a_file_has_the_place_that_commands_name(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a set-up, settings and a machine; the error, and what is printed, name the file too."""
+    monkeypatch.chdir(tmp_path)
+    program, setup = Path("part.nc"), Path("part.nc.toml")
+    program.write_text("G21 G90 G54\nT1 M6\nG43 H1 G0 X0 Y0 Z20 A0 C0\nG1 X10 F600\nM30\n", "utf-8")
+    for text, line, column in (
+        ("[tols]\n", 1, 1),
+        ("[tools]\n1 = { length = -5 }\n", 2, 7),
+        ("\ntool_length = \n", 2, 15),
+        ("[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80 }\n2 = { length = 80 }\n", 5, 1),  # no line calls it
+    ):
+        setup.write_text(text, "utf-8")
+        result = vp.check(program, "verne")
+        first = next(item for item in result.findings if item.line is None)
+        assert [first.file, first.file_line, first.file_column] == ["part.nc.toml", line, column]
+        assert f"part.nc.toml:{line}:{column}: {first.code} " in run("check", "part.nc").out
+        assert f"part.nc.toml:{line}: {first.code} " in str(first)
+        assert f"part.nc.toml: {first.message}" in repr(result)
+    for read in (vp.read_settings, vp.load_machine, lambda path: vp.fit(SHORT, "verne", settings=Path(path))):
+        Path("wrong.toml").write_text("\nmachin = 1\n", "utf-8")
+        with pytest.raises(vp.InputError, match=r"wrong\.toml: ") as caught:
+            read("wrong.toml")
+        lines = [item.file_line for item in caught.value.findings if item.file == "wrong.toml"]
+        assert lines and (2 in lines or read is vp.load_machine)  # a key that is missing has no line
 
 
 def test_a_finding_prints_as_one_line() -> None:

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import pytest
 
+import verne_post as vp
 from verne_post.config.program_setup import SetupFile, read_setup_table
 from verne_post.config.settings import CheckFile, SettingsFile, load_settings
 from verne_post.model.codes import CODES, describe_severity
@@ -101,11 +102,17 @@ def test_keys_of_a_dialect_are_on_its_page_with_their_defaults(dialect: str) -> 
 
 def test_files_of_the_settings_page_are_read_and_its_tables_have_every_key(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "settings.md").read_text(encoding="utf-8")
-    settings, setup, _marked = re.findall(r"(?:```toml\n|\$ cat part.nc.toml\n)(.*?)```", text, re.DOTALL)
+    settings, setup, _marked, shared = re.findall(r"(?:```toml\n|\$ cat part.nc.toml\n)(.*?)```", text, re.DOTALL)
     (tmp_path / "verne-post.toml").write_text(settings, encoding="utf-8")
     assert load_settings(tmp_path / "verne-post.toml").file.options == {"tolerance": 0.02}
     (tmp_path / "tools.tbl").write_text("T1 P1 D10 Z-80\n", encoding="utf-8")
     assert set(read_setup_table(tomllib.loads(setup), "part.nc.toml", tmp_path, "", remedy="").wcs) == {1, 2}
+    (tmp_path / "verne-post.toml").write_text(shared, encoding="utf-8")
+    (tmp_path / "roughing").mkdir()
+    (program := tmp_path / "roughing" / "a.nc").write_text("G21 G90 G54\nT2 M6\nG43 H2 G0 X0 Y0 Z20 A0 C0\nX9\nM30\n")
+    summary = vp.check(program, "verne", settings=tmp_path / "verne-post.toml").summary
+    assert summary is not None
+    assert (summary.tools, summary.options.tolerance, set(summary.options.wcs)) == (((2, 65.5),), 0.05, {1})
     tables = dict(re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL))
     firsts = re.findall(r"^\|(.*?)\|", tables["Top-level keys"], re.MULTILINE)
     shown = {name for cell in firsts for name in re.findall(r"`\[?([a-z0-9_]+)", cell)}

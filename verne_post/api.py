@@ -48,7 +48,14 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
 from verne_post.output.batch_table import count_results, format_batch, make_batch_rows
-from verne_post.output.findings import describe_unchecked, format_finding, format_outcome
+from verne_post.output.commands import find_run
+from verne_post.output.findings import (
+    choose_remedy,
+    describe_remedy,
+    describe_unchecked,
+    format_finding,
+    format_outcome,
+)
 from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
 from verne_post.output.parts import name_part
@@ -235,11 +242,16 @@ def explain(
         return _list_findings(line, error, str(source) if isinstance(source, os.PathLike) else "program")
     loaded = _load_machine(machine, read)
     try:
-        return explain_source(text, loaded, chosen, line)
+        told = explain_source(text, loaded, chosen, line)
     except InputError as error:
         if not line:
             return _list_findings(line, error, chosen.source_name)
-        return explain_refused(text, loaded, chosen, line, error.findings)
+        told = explain_refused(text, loaded, chosen, line, error.findings)
+    shown = told.text
+    for item in told.findings:  # the words of Python are for remedies that name no program yet
+        if remedy := describe_remedy(item, chosen.source_name, find_run(chosen)):
+            shown = shown.replace(remedy, choose_remedy(item))
+    return dataclasses.replace(told, text=shown)
 
 
 def _list_findings(line: int, error: InputError, name: str) -> Explanation:

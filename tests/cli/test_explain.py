@@ -238,7 +238,7 @@ def test_machine_words_are_called_so(explain: Callable[..., str]) -> None:
 
 def test_the_approach_is_explained_without_words(explain: Callable[..., str]) -> None:
     text = explain(PROGRAM, 0, *OPTIONS, "--from", "home")
-    assert text.startswith("line 0: the approach of --from")
+    assert text.startswith("line 0: the approach (--from)")
     assert vector(text, "tip on the table     ") == pytest.approx([0, 0, 180], abs=1e-6)
 
 
@@ -977,7 +977,7 @@ def test_axes_whose_values_are_parameters_are_named(run: Callable[..., Any], tmp
     assert words == ["4", "L", "A+Q120", "Q120", "C+Q122", "Q122", "FMAX"]
     answer = run("explain", tmp_path / "a.h:0")
     assert answer.code == 2
-    assert "line 0 is the approach of --from, and none is given" in " ".join(answer.err.split())
+    assert "line 0 is the approach (--from), and none is given" in " ".join(answer.err.split())
 
 
 def test_f_of_m128_is_told_once(run: Callable[..., Any], tmp_path: Path) -> None:

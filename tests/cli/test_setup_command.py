@@ -489,6 +489,21 @@ def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Pa
     assert found["tools"] == {"3": {"length": "measure", "diameter": "measure"}}
 
 
+@pytest.mark.parametrize(
+    "there", ["", "[tools]\n3 = { length = 80 }\n31 = { diameter = 12 }\n[wcs]\nG54 = [0, 0, 60]\n"]
+)
+def test_a_register_of_a_radius_alone_asks_for_no_length(there: str, run: Run, tmp_path: Path) -> None:
+    """D31 beside H3: the length of tool 31 was to be filled in for ever, and check ran without it."""
+    program, setup = tmp_path / "d31.nc", tmp_path / "d31.nc.toml"
+    head = "%\nO0031\nG21 G17 G90\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\n"
+    program.write_text(f"{head}G41 D31 G1 X10 F500\nY20\nG40 X30\nM30\n%\n")
+    if there:
+        setup.write_text(there)
+    said = run("setup", program).err
+    assert ("nothing is missing" if there else "the length of tool 3, the diameter of tool") in said
+    assert tomllib.loads(setup.read_text())["tools"]["31"] == {"diameter": 12 if there else "measure"}
+
+
 THERE = """# set-up of part.nc: mm and degrees; write numbers where it says measure
 # at the second machine
 tapping = "feed"

@@ -270,7 +270,7 @@ def look_at_line(source: Text, program: Program, line: int) -> Line:
     whole = guard_joints(program)
     joints = select_line(whole, line)
     if not len(joints.contour) and line == 0:
-        raise UsageError("line", "lines of a program count from 1; line 0 is the approach of --from, and none is given")
+        raise UsageError("line", "lines of a program count from 1; line 0 is the approach (--from), and none is given")
     if not len(joints.contour):
         near = " and ".join(str(one) for one in find_lines_near(whole, line))
         raise UsageError("line", f"line {line} has no motion; the nearest lines that have: {near}")

@@ -175,7 +175,7 @@ def _describe_time(line: Line) -> Iterator[str]:
 
 def _describe_words(line: Line, tool: float) -> Iterator[str]:
     if line.state is None or line.move < 0:
-        yield f"line {line.number}: the approach of --from, in no words of the program; tool length {tool:g} mm"
+        yield f"line {line.number}: the approach (--from), in no words of the program; tool length {tool:g} mm"
         return
     yield f"line {line.number}: {line.text.strip()}"
     if line.is_repeated:

@@ -6,8 +6,9 @@ raise is put into the names of Python here, by the one table of options.
 
 import dataclasses
 import inspect
+import os
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial, wraps
 from typing import Any, Final, ParamSpec, TypeVar, get_args
 
@@ -15,7 +16,9 @@ from msgspec import structs
 
 from verne_post.base.suggestions import find_meant
 from verne_post.base.type_words import list_alternatives
-from verne_post.model.control_keys import NAMING_TOOLS
+from verne_post.config.finding_places import place_in_files
+from verne_post.config.settings import Settings
+from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
 from verne_post.model.options import OPTIONS, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK
@@ -65,7 +68,6 @@ _PHRASES: Final = {
     "; `verne-post machine validate` prints how long moves take": "",
     " (--ignore VP037)": "",
     "the message and --csv of machined name": "the message names",
-    'give [fanuc] directions = "machine"': 'give control={"fanuc": {"directions": "machine"}}',
     "[remap] of the set-up, or of verne-post.toml,": "remap",
     "--tool-table instead, or [tools] of the set-up (`verne-post setup` writes it), without": "tools instead, without",
     " (which has no tool_length then), or give --tool-table FILE": ", or give it in tools",
@@ -104,6 +106,12 @@ _PHRASE: Final = re.compile("|".join(r"(?: |\n +)".join(map(re.escape, one.split
 _IN_FILE: Final = re.compile(
     r"(?:Fill in wcs\.(\S+) in INPUT\.toml|Write (\S+) = \[x, y, z\] under \[wcs\] of INPUT\.toml)"
 )
+#: A key of a control, with its value or in a file; and a row of the datum table.
+_OF_CONTROL: Final = re.compile(
+    rf"\[({'|'.join(KEYS)})\] (\w+)(?: = (\"[^\"]*\"|[\w.-]*\w)(?: in (?:the settings file|verne-post\.toml))?"
+    r"| in (?:the settings file|verne-post\.toml))"
+)
+_DATUM: Final = re.compile(r'give it as ("[^"]*") = \[X, Y, Z\] in mm under \[heidenhain\.datums\] of the set-up')
 #: The last line of what is said of a line that cannot be executed.
 _SHOWS_ALL: Final = re.compile(
     r"^(the program has \d++ other errors?, .*: )verne-post check .* shows all$", re.MULTILINE
@@ -128,21 +136,36 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
                 raise UsageError(name, f"an option of the program: pass options=Options({meant}=...)")
             near = f"did you mean {meant}?" if meant else f"the arguments are {', '.join(takes)}"
             raise UsageError(name, f"no such argument; {near}")
+        files = _list_files((*arguments, *named.values()))
         try:
-            return _name_within(function(*arguments, **named))
+            return _name_within(function(*arguments, **named), files)
         except UsageError as error:
             option = _ARGUMENTS.get(error.option, error.option)
             raise UsageError(option, name_in_python(error.reason)) from None
         except InputError as error:
-            raise type(error)(*map(_name_within, error.findings)) from None
+            found = [_name_within(place_in_files(item, files)) for item in error.findings]
+            error = type(error)(*found)
+            error.args = ("; ".join(item.placed_message for item in found),)
+            raise error from None
 
     return call
+
+
+def _list_files(arguments: Sequence[object]) -> list[str]:
+    """The files that a call may read: those that it names, and set-ups beside them."""
+    words = [one for one in arguments if isinstance(one, str)]
+    given = [os.fsdecode(one) for one in arguments if isinstance(one, os.PathLike)]
+    beside = [] if "none" in words else [f"{one}.toml" for one in given]
+    read = [one.shown for one in arguments if isinstance(one, Settings)]
+    return [*given, *(one for one in words if one.endswith(".toml")), *beside, *read]
 
 
 def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
     text = _IN_FILE.sub(lambda found: f"Give {found[1] or found[2]} in wcs, or in the set-up", text)
     text = _PHRASE.sub(lambda found: _PHRASES[re.sub(r"\n +", " ", found.group())], text)
+    text = _OF_CONTROL.sub(lambda found: f'control={{"{found[1]}": {{"{found[2]}": {found[3] or "VALUE"}}}}}', text)
+    text = _DATUM.sub(r'give control={"heidenhain": {"datums": {\1: (X, Y, Z)}}}, mm', text)
     text = _COMMAND.sub(r"\1", text)
     return replace_options(_SHOWS_ALL.sub(r"\1check shows all", text), _list_names, _assign)
 
@@ -206,13 +229,15 @@ def _list_words(name: str) -> tuple[Any, ...]:
     )
 
 
-def _name_within(thing: Any) -> Any:
-    """A finding or a result whose texts name options as Python has them."""
+def _name_within(thing: Any, files: Sequence[str] = ()) -> Any:
+    """A finding or a result whose texts name options as Python has them, and whose findings their place in files."""
     is_plain = dataclasses.is_dataclass(thing)
     names = [one.name for one in dataclasses.fields(thing)] if is_plain else thing.__struct_fields__
     changed: dict[str, Any] = {}
     for key in names:  # to ask for others would look for what is meant by them
         if key in _WITH_TEXTS and (value := getattr(thing, key)) is not None:
+            if key == "findings" and files:
+                value = type(value)(place_in_files(item, files) for item in value)
             changed[key] = _WITH_TEXTS[key](value)
     if isinstance(thing, Finding):
         changed["advice"] = name_in_python(choose_remedy(thing))

@@ -337,7 +337,7 @@ class Result:
         """Facts, of which the first finding is one where the program is refused: pytest shows 118 characters."""
         first = find_first_error(self.findings)
         where = "" if first is None or first.line is None else f" in line {first.line}"
-        why = "" if first is None else f": {first.code}{where}: {first.full_message}"
+        why = "" if first is None else f": {first.code}{where}: {first.placed_message}"
         rows = [["verdict", f"{self.verdict.word}{why}"]]
         rows += [[key, name] for key, name in (("program", self.program), ("machine", self.machine)) if name]
         rows += [["NOT CHECKED", self.unchecked]] if self.unchecked else []

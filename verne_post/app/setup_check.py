@@ -350,7 +350,7 @@ def _check_uncalled_tools(moves: Moves, options: Options) -> Iterator[Finding]:
     if keys:
         it, them = ("it", "its call") if len(keys) == 1 else ("them", "their calls")
         text = f"{', '.join(keys)} of the set-up: no line of the program calls {it}; write {them}, or take {it} out"
-        yield make_finding("VP041", text)
+        yield make_finding("VP041", text, advice="")
 
 
 def _check_uncalled_shapes(moves: Moves, options: Options) -> Iterator[Finding]:

@@ -1,6 +1,7 @@
 """What a program needs from its set-up, and what of that nobody has given."""
 
 import dataclasses
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
@@ -31,14 +32,14 @@ OTHER_STAND_INS_MM: Final = (130.0, 40.0)
 #: Keys in no table.
 _LONE_KEYS: Final = (SPLIT_KEY, TAPPING_KEY, LENGTH_KEY)
 #: What of a tool a set-up may say, and nobody has said.
-UNKNOWN: Final = (None, 0.0)
+UNKNOWN: Final = (math.nan, 0.0)
 
 
 class SetupDraft(Struct, frozen=True):
     """What the set-up of a program must say."""
 
-    #: Number or name -> length and diameter, mm; None for one that is needed and not known. An unneeded diameter
-    #: is 0.
+    #: Number or name -> length and diameter, mm; None for one that is needed and not known. An unneeded length is
+    #: nan, an unneeded diameter 0.
     tools: Mapping[str, tuple[float | None, float | None]]
     #: Name of a work system -> where it is on the table; None where nobody has said.
     wcs: Mapping[str, WorkOffset | None]
@@ -139,7 +140,7 @@ def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraf
 
 
 def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
-    return None if tool.unmeasured else tool.offset[2], tool.diameter
+    return math.nan if tool.unmeasured else tool.offset[2], tool.diameter
 
 
 def list_tool_numbers(options: Options) -> dict[str, int]:

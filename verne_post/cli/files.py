@@ -10,7 +10,7 @@ import stat
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from functools import wraps
+from functools import partial, wraps
 from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, TypeVar
@@ -68,26 +68,6 @@ class Unreadable(FileError):
 
 #: Codes of findings about what a set-up says of tools and bodies, where no line of the program is meant.
 _OF_SIZES: Final = ("VP018", "VP041", "VP505")
-
-
-def _show_near(name: str) -> str:
-    """A file from the current folder, where it is below it."""
-    return os.path.relpath(name) if Path(name).is_relative_to(Path.cwd()) else name
-
-
-def _place_in_table(item: "Finding", text: str, sentence: str) -> "Finding | None":
-    """A finding at the key of a TOML file of which a sentence begins, with that line; None where it names none."""
-    from dataclasses import replace
-
-    from verne_post.config.toml_entries import SYNTAX_PLACE, find_place
-
-    found = find_place(text, sentence)
-    if found is None:
-        return None
-    line, begin, _end = found
-    quoted = text.split("\n")[line - 1].rstrip()
-    message = SYNTAX_PLACE.sub("", item.message)
-    return replace(item, message=message, file_line=line, file_column=begin + 1, file_text=quoted)
 
 
 class RunFiles:
@@ -206,9 +186,7 @@ class RunFiles:
         return tuple(map(self._find_line, findings))
 
     def _find_line(self, item: "Finding") -> "Finding":
-        from dataclasses import replace
-
-        from verne_post.base.text_marks import decode_text
+        from verne_post.config.finding_places import place_in_file
 
         if item.called is not None:
             return self._add_called_line(item, item.called)
@@ -216,18 +194,12 @@ class RunFiles:
             return item
         # of files with one name that which was read last
         for _what, name in reversed(self._read.values()):
-            shown = show_name(name)
-            place = re.match(rf"(?:{re.escape(shown)}|{re.escape(Path(shown).name)}):(?:(\d+):)? ", item.message)
-            if is_dash(name) or place is None:
-                continue
-            message, line = item.message[place.end() :], None if place[1] is None else int(place[1])
-            item = replace(item, message=message, file=_show_near(shown), file_line=line)
-            if line is None and shown.endswith(".toml"):
-                with suppress(OSError, UnicodeError):
-                    raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
-                    return _place_in_table(item, decode_text(raw), message) or item
-            return item
+            if not is_dash(name) and (found := place_in_file(item, show_name(name), partial(self._read_again, name))):
+                return found
         return self._find_size(item) if item.code in _OF_SIZES else item
+
+    def _read_again(self, name: _Name) -> bytes:
+        return self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
 
     def _add_called_line(self, item: "Finding", place: "CalledPlace") -> "Finding":
         """A finding of a called file with the text of its line there."""
@@ -244,10 +216,12 @@ class RunFiles:
         """A finding about a tool, a work system, a fixture or the stock, at its key in the set-up or settings file."""
         from dataclasses import replace
 
+        from verne_post.config.finding_places import place_in_table
+
         said = re.sub(r"^tool (\S+):", r"tools.\1:", re.sub(r"^wcs ", "wcs.", item.message)).removeprefix("the ")
         for name, text in self._list_tables():
             there = replace(item, file=name)
-            if found := _place_in_table(there, text, said) or _place_in_table(there, text, f"keep_out.{said}"):
+            if found := place_in_table(there, text, said) or place_in_table(there, text, f"keep_out.{said}"):
                 return self._add_place_of_shape(found)
         return item
 
@@ -266,24 +240,23 @@ class RunFiles:
 
     def find_key(self, key: str) -> str:
         """FILE:LINE of a key that is true in a set-up that the run has read; FILE where several tables have it."""
-        from verne_post.config.toml_entries import UnknownLayoutError, list_entries
+        from verne_post.config.toml_entries import list_seen_entries
 
         for name, text in self._list_tables():
-            with suppress(UnknownLayoutError):
-                own = [one for one in list_entries(text) if one.key[-1:] == (key,)]
-                true = [one for one in own if text[one.value : one.end] == "true"]
-                if true:
-                    return name if len(own) > 1 else f"{name}:{text.count(chr(10), 0, true[0].begin) + 1}"
+            own = [one for one in list_seen_entries(text) if one.key[-1:] == (key,)]
+            true = [one for one in own if text[one.value : one.end] == "true"]
+            if true:
+                return name if len(own) > 1 else f"{name}:{text.count(chr(10), 0, true[0].begin) + 1}"
         return ""
 
     def _list_tables(self) -> "Iterator[tuple[str, str]]":
         """Names and texts of the TOML files read for this program, the last one first."""
         from verne_post.base.text_marks import decode_text
+        from verne_post.config.finding_places import show_near
 
         for name in dict.fromkeys(reversed(self.tables)):
             with suppress(OSError, UnicodeError):
-                raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
-                yield _show_near(show_name(name)), decode_text(raw)
+                yield show_near(show_name(name)), decode_text(self._read_again(name))
 
     # --- writing -----------------------------------------------------------------------------------
 

@@ -168,7 +168,7 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
             data = table
         file, texts = _read_tables(data)
     except OSError as error:
-        raise make_input_error("VP503", f"settings file {str(path)!r}: {error.strerror or error}") from None
+        raise make_input_error("VP503", f"settings file {str(path)!r}: {error.strerror or error}", advice="") from None
     except WrongTableError as error:
         raise InputError(*(make_finding("VP503", f"{path.name}: {text}") for text in error.sentences)) from None
     except ValueError as error:

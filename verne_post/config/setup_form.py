@@ -1,5 +1,6 @@
 """The file of a set-up as `verne-post setup` writes it: what is known, and marks for what is not."""
 
+import math
 import tomllib
 from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any, Final
@@ -152,12 +153,12 @@ def _list_tools(asked: Asked, known: Mapping[str, Any], remarks: Mapping[str, st
         if key not in known:
             sizes = [
                 *([f"number = {asked.numbers[name]}"] if name in asked.numbers else []),
-                f"length = {_show_size(length)}",
+                *([f"length = {_show_size(length)}"] if length is None or not math.isnan(length) else []),
                 *([f"diameter = {_show_size(diameter)}"] if diameter != 0 else []),
             ]
             yield Edit(("tools", key), f"{{ {', '.join(sizes)} }}", remarks.get(name, ""))
             continue
-        if length is not None and known[key].get("length", TO_MEASURE) == TO_MEASURE:
+        if length is not None and not math.isnan(length) and known[key].get("length", TO_MEASURE) == TO_MEASURE:
             yield Edit(("tools", key, "length"), _show_size(length))
         held = known[key].get("diameter", 0)
         if (diameter is None and held == 0) or (diameter and held == TO_MEASURE):

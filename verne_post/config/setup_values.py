@@ -233,4 +233,4 @@ def _read(path: Path, what: str) -> bytes:
     try:
         return read_file(path)
     except OSError as error:
-        raise make_input_error("VP503", f"{what} {path}: {error.strerror or error}") from None
+        raise make_input_error("VP503", f"{what} {path}: {error.strerror or error}", advice="") from None

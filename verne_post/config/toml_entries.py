@@ -207,6 +207,14 @@ def list_entries(text: str) -> list[Entry]:
     return scanner.entries
 
 
+def list_seen_entries(text: str) -> list[Entry]:
+    """The keys of a text; none where it is written in a way that is not seen."""
+    try:
+        return list_entries(text)
+    except UnknownLayoutError:
+        return []
+
+
 def find_cursor(text: str) -> Cursor | None:
     """What is being written at the end of a text that may be wrong above; None in a remark or behind a whole value."""
     last = text.rfind("\n") + 1
@@ -253,11 +261,7 @@ def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
         return int(place[1]), int(place[2]) - 1, int(place[2])
     said = _VALUE.sub(lambda value: f".{int(value[1]) - 1}", re.sub("['\"]", "", sentence).lstrip("["))
     best, found, parts = "", None, 0
-    try:
-        entries = list_entries(text)
-    except UnknownLayoutError:
-        return None
-    for entry in entries:
+    for entry in list_seen_entries(text):
         key = entry.key[len(OF_TOOLS) :] if entry.key[: len(OF_TOOLS)] == OF_TOOLS else entry.key
         # the header [keep_out.NAME] names keep_out too; one of an array is one of several
         is_whole = entry.name or any(part.isdecimal() for part in key)

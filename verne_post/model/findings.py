@@ -201,6 +201,11 @@ class Finding:
         """The message, after the place in a called file."""
         return self.message if self.called is None else f"{self.called}: {self.message}"
 
+    @property
+    def placed_message(self) -> str:
+        """The message, after the file in which its words stand."""
+        return self.full_message if self.file is None or self.called is not None else f"{self.file}: {self.message}"
+
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))
 
@@ -281,7 +286,7 @@ def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
                 one.code,
                 one.severity,
                 "" if one.line is None else str(one.line),
-                one.full_message,
+                one.placed_message,
                 *(["; ".join(one.remedies)] if tried else []),
             ]
             for one in findings

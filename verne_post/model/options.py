@@ -703,7 +703,8 @@ def _number_named_tools(given: dict[str, Any]) -> dict[str, Any]:
                 except ValueError as error:
                     raise UsageError(option, str(error).replace(f"tool {number}", f'tool "{key}"')) from None
             if number in numbered[option]:
-                raise UsageError(option, f"{key!r}: there is a tool {number} already")
+                there = f"there is a tool {number}" if number < FIRST_NAMED_TOOL else "another tool has its number"
+                raise UsageError(option, f"{key!r}: {there} already")
             numbered[option][number] = tool
     return {**given, **numbered, "control": _add_names(control, names)}
 

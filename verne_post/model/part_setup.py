@@ -117,10 +117,11 @@ class Tool:
     def __post_init__(self) -> None:
         """Refuse a length in place of the offsets here, where it is written, and not where the tool is used."""
         if not hasattr(self.offset, "__len__") or isinstance(self.offset, str) or len(self.offset) != 9:
+            name = '"NAME"' if self.number >= FIRST_NAMED_TOOL else self.number
             raise UsageError(
                 "offset",
                 f"{self.offset!r}: expected nine numbers, along X Y Z A B C U V W (Z is the length); of a tool with a "
-                f"length alone Options takes the length: tools={{{self.number!r}: 80}}, mm",
+                f"length alone Options takes the length: tools={{{name}: 80}}, mm",
             )
 
     @property

@@ -25,12 +25,10 @@ from verne_post.config.schema import MachineFile, describe_limits_table
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, SettingsFile
 from verne_post.config.toml_entries import (
     OF_TOOLS,
-    Entry,
     Key,
-    UnknownLayoutError,
     find_cursor,
     find_value,
-    list_entries,
+    list_seen_entries,
 )
 from verne_post.gcode.block import KEYWORDS
 from verne_post.gcode.klartext.vocabulary import STATEMENTS
@@ -175,7 +173,7 @@ def complete_key(path: Path, text: str, line: int, column: int) -> list[Choice]:
             found = {quote_key(name): about for name, (kind, about) in keys.items() if _list_keys(kind) is not None}
         else:
             others = "\n".join([*lines[:line], "", *lines[line + 1 :]])
-            known = {one.key for one in _list_entries(others)} | {one.key for one in _list_entries(lines[line])}
+            known = {one.key for one in list_seen_entries(others)} | {one.key for one in list_seen_entries(lines[line])}
             found = {
                 quote_key(name): about for name, (_kind, about) in keys.items() if (*cursor.table, name) not in known
             }
@@ -190,14 +188,6 @@ def complete_key(path: Path, text: str, line: int, column: int) -> list[Choice]:
 def _cut_tools(key: Key) -> Key:
     """A key of the settings in a file of several tools as one of their own file."""
     return key[len(OF_TOOLS) :] if key[: len(OF_TOOLS)] == OF_TOOLS else key
-
-
-def _list_entries(text: str) -> list[Entry]:
-    """The entries of a text; none where it cannot be read."""
-    try:
-        return list_entries(text)
-    except UnknownLayoutError:
-        return []
 
 
 #: Keys of a table that is no class: the type of each, and what is said of it; ``_ANY`` stands for every other key.

@@ -31,13 +31,13 @@ from verne_post.config.toml_entries import (
     SYNTAX_PLACE,
     Change,
     Edit,
-    Entry,
     Key,
     UnknownLayoutError,
     find_entry,
     find_place,
     find_value,
     list_entries,
+    list_seen_entries,
     plan_edit,
 )
 from verne_post.config.toml_text import COLON, LACKS_COMMA, LACKS_EQUALS, read_toml, replace_pasted
@@ -345,7 +345,7 @@ def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iter
     text = _read_setup(setup, texts)
     if find_suggestion(item.message):  # it is to be written in another way
         key = find_meant_tool(item)
-        entry = find_entry(_list_entries(text), key) if key else None
+        entry = find_entry(list_seen_entries(text), key) if key else None
         if entry is not None:
             end, name = entry.key_end, item.settled_by[0][1]
             *_above, written = _KEY_PART.finditer(text, entry.begin, end)
@@ -368,14 +368,6 @@ def find_meant_tool(item: Finding) -> Key:
     near = _LIKE_TOOL.search(item.message)
     is_of_tool = any(key[:1] == ("tools",) for key in item.settled_by)
     return ("tools", near[1]) if near is not None and is_of_tool else ()
-
-
-def _list_entries(text: str) -> list[Entry]:
-    """The keys of a set-up; none where it is written in a way that is not seen."""
-    try:
-        return list_entries(text)
-    except UnknownLayoutError:
-        return []
 
 
 def _mark_diameter(setup: Path, text: str, key: Key) -> Fix | None:

@@ -68,7 +68,6 @@ _FEED_UNITS: Final = {
     "IPR": "the feed rate is in inch per turn",
     "PERREV": "the feed rate is per turn, in the unit of UNITS",
 }
-_SWITCH: Final = {"ON": "on", "OFF": "off"}
 _NO_MORE: Final = {"NOMORE": "ends it"}
 _DIRECTIONS: Final = {
     "CLW": "the spindle turns clockwise (M3)",

@@ -10,7 +10,6 @@ from verne_post.base.arrays import Ints
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.model.findings import Remedy
-from verne_post.model.moves import AXES
 
 #: What may be such a number: it stands behind a blank that follows another number, or N has a point.
 _CANDIDATE: Final = re.compile(rb"[0-9.][ \t]+[-+]?[0-9.]|[Nn][ \t]*[0-9]+\.")
@@ -28,10 +27,6 @@ _WORD_AND_NUMBER: Final = re.compile(
 )
 #: Words whose numbers have two digits as a rule: a letter may be missing between any two.
 _WORDS_OF_CODES: Final = "GMNTHD"
-#: Words of an arc; they say nothing about later lines.
-_OF_ARCS: Final = "IJKR"
-_OF_ENDS: Final = f"XYZ{_OF_ARCS}"  #: Words on which an arc depends.
-_AXIS_WORD: Final = re.compile(rf"([{AXES}])[ \t]*[-+.\d#\[]", re.IGNORECASE)
 #: Words of a motion in the order in which they are written.
 _ORDER: Final = "XYZACF"
 _POINT_IN_NUMBER: Final = re.compile(r"[ \t/]*(N[ \t]*[0-9]+[ \t]*\.[0-9 \t.]*)", re.IGNORECASE)
