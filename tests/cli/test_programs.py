@@ -816,6 +816,11 @@ def test_a_limit_and_a_contact_in_a_called_file_name_the_file_and_its_line(
         shown = run("check", program, "--machine", "ac_trunnion").out
         caret = "    | ^\n" if code == "VP101" else ""
         assert f"  {own_line} | {text.splitlines()[own_line - 2]}\n{caret}" in shown
+        told = run("check", program, "--machine", "ac_trunnion", "--output-format", "sarif").out
+        results = (one for one in json.loads(told)["runs"][0]["results"] if one["ruleId"] == code)
+        there = next(results)["relatedLocations"][-1]["physicalLocation"]  # it was the line of the call
+        assert there["artifactLocation"]["uri"].endswith("/O2000.nc")
+        assert there["region"] == {"startLine": own_line}
         assert "line 10" not in first["message"]
 
 
