@@ -851,6 +851,18 @@ def test_one_cause_in_a_called_file_is_one_error(run: Callable[..., Any], tmp_pa
     assert error["message"].startswith("sub.h, line 2: a motion in a tilted plane that the tool is not normal to")
 
 
+@pytest.mark.parametrize(("before", "meant"), [("G0 X1.\n", "X45."), ("", "X45."), ("G0 X1\n", "X45")])
+def test_a_comma_in_a_called_file_stands_for_a_point_where_numbers_have_one(
+    tmp_path: Path, before: str, meant: str
+) -> None:
+    """X45 was proposed, and VP038 followed; in the program it was X45. already."""
+    (tmp_path / "O2000.nc").write_text("O2000\nG1 X45, F900.\nM99\n")
+    (tmp_path / "plate.nc").write_text(OF_FANUC.replace("M98", f"{before}M98"))
+    found = verne_post.check(tmp_path / "plate.nc", machine="verne").findings
+    (error,) = (item for item in found if item.code == "VP001")
+    assert error.message == f"X45,: a comma after a number; did you mean {meant}?"
+
+
 def test_an_axis_beyond_its_travel_at_the_start_stands_at_its_word(run: Callable[..., Any], tmp_path: Path) -> None:
     """The first naming of A says where it stands before, and the first line of all was blamed."""
     program = tmp_path / "part.nc"
