@@ -258,8 +258,8 @@ def say_what_is_meant(
     for at, item in enumerate(found):
         text = None if item.called is None else called_texts.get(item.called.file)
         if text is not None and (correction := find_correction(item.message)):
-            message = _add_point(b"\n".join((text[:], source[:])), item.message, correction[1], dialect)
-            found[at] = replace(item, message=message)
+            text = b"\n".join((text[:], source[:]))
+            found[at] = replace(item, message=_add_point(text, item.message, correction[1], dialect))
     return list(dict.fromkeys(found))
 
 
@@ -523,23 +523,15 @@ def _is_numbered(source: Text, line: int) -> bool:
 
 
 def _add_point(source: Text, message: str, word: str, dialect: str) -> str:
-    """The message about a comma, which stands for a point where the numbers of a program have one."""
-    if f": {COMMA_BEHIND};" not in message:
-        return message
-    is_usual = dialect == "fanuc" and _WITH_POINT.fullmatch(word) and _NUMBER_WITH_POINT.search(source)
-    bare_word = rb"%b[-+]?\d++(?![.,])" % word[:1].encode()
-    has_point = _has_points(source, word) or (is_usual and re.search(bare_word, source, re.IGNORECASE) is None)
-    return f"{message.removesuffix('?')}.?" if has_point else message
-
-
-def _has_points(source: Text, word: str) -> bool:
-    """Whether all numbers of the address of a word have a point in a program, and the word has none."""
+    """The message about a comma, which stands for a point where the numbers of its address have one in a program."""
     address = re.match(r"[A-Z]+", word, re.IGNORECASE)
-    if address is None or "." in word:
-        return False
+    if f": {COMMA_BEHIND};" not in message or address is None or "." in word:
+        return message
     head = rf"(?<![A-Z_]){address[0]}[ \t]*[-+]?[ \t]*".encode()
     pointed_word, bare_word = (re.compile(head + end, re.IGNORECASE) for end in (rb"\d*\.", rb"\d++(?![.,])"))
-    return pointed_word.search(source) is not None and bare_word.search(source) is None
+    is_usual = dialect == "fanuc" and _WITH_POINT.fullmatch(word) and _NUMBER_WITH_POINT.search(source)
+    has_point = (is_usual or pointed_word.search(source)) and bare_word.search(source) is None
+    return f"{message.removesuffix('?')}.?" if has_point else message
 
 
 def _is_value(text: str, column: int, code: str) -> bool:

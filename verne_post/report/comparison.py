@@ -1,5 +1,6 @@
 """The page of two programs, or two versions of one: what differs in time, findings, limits, operations and lines."""
 
+import sys
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -270,7 +271,7 @@ def _list_facts(side: Side) -> dict[str, str]:
             for place in find_worst_places(side.machine, study)
             if place.what != TIME_LOST  # the table of lines compares these
         },
-        **dict(list_setup(side.machine, study, most=None)),  # this page has no set-up sheet
+        **dict(list_setup(side.machine, study, sys.maxsize)),  # this page has no set-up sheet
     }
     if study.summary is not None:
         facts["stops"] = str(study.summary.n_stops)

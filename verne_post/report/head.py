@@ -60,7 +60,7 @@ def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
     return f"{word}{', with warnings' if warned else ''}, {on}", "warned" if warned else "runs"
 
 
-def list_setup(machine: Machine, study: Study, most: int | None = SHOWN) -> list[tuple[str, str]]:
+def list_setup(machine: Machine, study: Study, most: int = SHOWN) -> list[tuple[str, str]]:
     """Tool length and work offset, ``most`` of each; what is to be measured comes last, with where it is measured."""
     tools, open_tools, offsets, open_offsets = [], [], [], []
     for _number, tool, used, _diameter in list_tools(study):

@@ -49,9 +49,7 @@ def count(number: int, what: str) -> str:
     return format_count(number, what) if number else f"no {what}s"
 
 
-def join_few(
-    texts: list[str], more: str = "more on the set-up sheet", none: str = "none", most: int | None = SHOWN
-) -> str:
-    """Join as many texts as the head has room for, or all; the set-up sheet has all."""
-    rest = texts[most:] if most is not None else []
-    return "; ".join([*texts[:most], *([f"{len(rest)} {more}"] if rest else [])]) or none
+def join_few(texts: list[str], more: str = "more on the set-up sheet", none: str = "none", most: int = SHOWN) -> str:
+    """Join as many texts as the head has room for; the set-up sheet has all."""
+    rest = len(texts) - most
+    return "; ".join([*texts[:most], *([f"{rest} {more}"] if rest > 0 else [])]) or none
