@@ -2655,10 +2655,14 @@ def test_a_subprogram_is_checked_by_its_caller_and_its_caller_with_it(
     assert lens(client, program).startswith("refused: ")
     assert "refused: 1 error" in lens(client, sub)
     client.change(sub, 3, text.replace("20.", "2.0.0"))
-    (wrong,) = list_codes(client, program)
-    assert wrong == ("VP001", at)
-    assert list_codes(client, sub) == [("VP001", wrong_line)]
+    (refused,) = client.diagnostics(program)["diagnostics"]
+    assert (refused["code"], refused["range"]["start"]["line"] + 1) == ("VP001", at)
+    (own,) = client.diagnostics(sub)["diagnostics"]
+    assert (own["code"], own["range"]["start"]["line"] + 1) == ("VP001", wrong_line)
     # with its column, and so its edit
+    (there,) = (one["location"] for one in refused["relatedInformation"])
+    assert (there["uri"], there["range"]["start"]) == (sub, own["range"]["start"])
+    assert there["range"]["start"]["character"] > 0
     if main[0] == "j.nc":
         client.change(sub, 4, text.replace("20.\n", "20. Q5\n"))
         assert list_codes(client, sub) == [("VP006", wrong_line)]

@@ -816,6 +816,11 @@ def test_a_limit_and_a_contact_in_a_called_file_name_the_file_and_its_line(
         shown = run("check", program, "--machine", "ac_trunnion").out
         caret = "    | ^\n" if code == "VP101" else ""
         assert f"  {own_line} | {text.splitlines()[own_line - 2]}\n{caret}" in shown
+        told = run("check", program, "--machine", "ac_trunnion", "--output-format", "sarif").out
+        results = (one for one in json.loads(told)["runs"][0]["results"] if one["ruleId"] == code)
+        there = next(results)["relatedLocations"][-1]["physicalLocation"]  # it was the line of the call
+        assert there["artifactLocation"]["uri"].endswith("/O2000.nc")
+        assert there["region"] == {"startLine": own_line}
         assert "line 10" not in first["message"]
 
 
@@ -844,6 +849,18 @@ def test_one_cause_in_a_called_file_is_one_error(run: Callable[..., Any], tmp_pa
     (error,) = json.loads(told)["programs"][0]["findings"]
     assert (error["code"], error["line"], error["count"]) == ("VP017", 5, 3)
     assert error["message"].startswith("sub.h, line 2: a motion in a tilted plane that the tool is not normal to")
+
+
+@pytest.mark.parametrize(("before", "meant"), [("G0 X1.\n", "X45."), ("", "X45."), ("G0 X1\n", "X45")])
+def test_a_comma_in_a_called_file_stands_for_a_point_where_numbers_have_one(
+    tmp_path: Path, before: str, meant: str
+) -> None:
+    """X45 was proposed, and VP038 followed; in the program it was X45. already."""
+    (tmp_path / "O2000.nc").write_text("O2000\nG1 X45, F900.\nM99\n")
+    (tmp_path / "plate.nc").write_text(OF_FANUC.replace("M98", f"{before}M98"))
+    found = verne_post.check(tmp_path / "plate.nc", machine="verne").findings
+    (error,) = (item for item in found if item.code == "VP001")
+    assert error.message == f"X45,: a comma after a number; did you mean {meant}?"
 
 
 def test_an_axis_beyond_its_travel_at_the_start_stands_at_its_word(run: Callable[..., Any], tmp_path: Path) -> None:

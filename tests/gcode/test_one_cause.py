@@ -792,6 +792,8 @@ HEADS = {
     ("heidenhain", "M140 MB", ("VP001", 6, "MB without a number; write MB and its value, or MB MAX")),
     ("heidenhain", "TOOL CALL 11 Z S800", ("VP012", 11, "tool 11: no entry in the set-up or the tool table; add "
      "one, or give tool_length=MM where the program has one tool; did you mean 1?")),
+    ("heidenhain", "TOOL CALL 51 Z S800", ("VP012", 11, "tool 51: no entry in the set-up or the tool table, which has "
+     "tool 1; add one, or give tool_length=MM where the program has one tool")),
     ("siemens", "FOR I=1 TO 3\nX5\nENDFOR", ("VP025", 5, "I is not defined; write DEF REAL I at the beginning")),
     # contradicting M codes, in each language as in RS274/NGC
     ("fanuc", "G68.2 X0. Y9. Z60. A0. B20. C0.\nG53.1\nG0 X0. Y0. Z9.\nG69", ("VP006", 20, "the angles of G68.2 are I, "

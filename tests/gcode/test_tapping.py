@@ -162,7 +162,10 @@ G84 = "S400 M3\nM29 S{}\nG84 Z-10 R5 F{}"
         ("fanuc", "", G84.format(400, "50."), "0.125", "none has less than 0.15 mm"),
         ("fanuc", "(T1 M8 TAP)", G84.format(400, "50."), "0.125", "M8, whose coarse pitch is 1.25 mm"),
         ("fanuc", "(T1 M8 TAP)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 M8 TAP)", G84.format(400, "1000."), "2.5", "M8, whose coarse pitch is 1.25 mm"),
         ("fanuc", "(T1 M8 TAP)", G84.format(400, "200."), "0.5", ""),  # the finest thread of this size
+        ("fanuc", "(T1 M8 ROUGH)", G84.format(400, "508."), "1.27", ""),  # 20 threads an inch
+        ("fanuc", "(T1 TAP 5/16-18 M8)", G84.format(400, "564.4"), "1.411", ""),
         ("fanuc", "(T1 M8X1 TAP)", G84.format(400, "400."), "1", ""),
         ("fanuc", "(T1 M8X1.25 TAP)", G84.format(400, "400."), "1", "its tool that it is M8X1.25;"),
         ("fanuc", "(T1 M8X20 TAP)", G84.format(400, "400."), "1", ""),  # a length

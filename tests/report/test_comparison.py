@@ -238,15 +238,19 @@ def test_another_feed_rate_is_named_where_it_stands_and_where_it_holds() -> None
 
 def test_findings_are_in_one_or_in_both() -> None:
     head = "G21 G90\nG0 X0 Y0 Z0 A0 C0\n"
-    page = text_of(compare(f"{head}G1 A99 F600\nA0\nC20\nM2\n", f"{head}X1\nG1 A99 F600\nA0\nG1 X5000\nM2\n"))
+    wrong = "X1\nG1 A99 F600\nA0\nG1 X5000\nX0\nX1\nA99\nA0\nM2\n"
+    page = text_of(compare(f"{head}G1 A99 F600\nA0\nC20\nM2\n", head + wrong))
     before, after = page.partition("|Findings|")[2].partition("|B|")[::2]
     assert re.search(r"\|line 3: VP\d+ error: joint a [^|]*\|3 \|G1 A99 F600\|in both\|tried: ", before)
     assert "|`verne-post explain a.nc:3` explains this line and what would bring it" in before
     assert "only in A" not in before
     after = after.partition("|Time by limit|")[0]
-    assert re.search(r"\|line 4: VP\d+ error: joint a [^|]*\|4 \|G1 A99 F600\|in both\|tried: ", after)
+    assert re.search(r"\|line 4: VP\d+ error: joint a [^|]*\|4 \|G1 A99 F600\|in both\|also a by 2.931 deg in", after)
     assert re.search(r"line 6: VP\d+ error: [^|]*\|6 \|G1 X5000\|only in B\|", after)
     assert "|A: refused; B: refused|" in page
+    # a cause counts once, as everywhere; each of its members was an error
+    assert after.count(" error: ") == 2
+    assert "|findings|1 error, no warnings|2 errors, no warnings|" in page
     assert "|There is nothing to compare: A and B cannot run, so no times are known.|" in page
 
 

@@ -22,8 +22,8 @@ _THREAD: Final = re.compile(
 )
 #: Another size, as 1/2-13, 4-40, 8X1.25, 8 MM, or a holder: M without a pitch beside it may be a code.
 _OTHER_SIZE: Final = re.compile(r"(?<![MX\d.,])\d++(?:[.,]\d++)?+\s*+(?:[-/X]\s*+\d|MM\b)|COLLET|CHUCK|HOLDER")
-#: Fine threads of a size have a smaller pitch than the coarse one: bounds of it, as shares.
-_OF_COARSE: Final = (0.25, 2.0)
+#: Fine threads of a size have a smaller pitch than the coarse one, and none a larger: bounds of it, as shares.
+_OF_COARSE: Final = (0.25, 1.15)
 #: Siemens cycle -> the places of its pitches among the values; the first that is given counts.
 _PITCHES: Final = {"84": (("PIT", 8), ("MPIT", 7)), "840": (("PIT", 10), ("MPIT", 9))}
 #: A floating holder is fed a little less than the pitch that the remark gives.

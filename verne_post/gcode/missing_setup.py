@@ -72,8 +72,12 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
         numbers = [
             str(one) for one, tool in (state.tools or {}).items() if one < FIRST_NAMED_TOOL and not stands_in(tool)
         ]
-        near = list_near_numbers(str(number), numbers)
-        but = f", but {name_near_numbers(str(number), numbers, 'tool ')}" if len(near) > 1 else ""
+        # another digit more or less tells tools apart: a 1 is not near to 51; one twice, as in 11, is a slip
+        alike = [one for one in numbers if len(one) == len(str(number)) or set(one) == set(str(number))]
+        near = list_near_numbers(str(number), alike)
+        but = f", but {name_near_numbers(str(number), near, 'tool ')}" if len(near) > 1 else ""
+        has = f"tool{'s' * (len(numbers) > 1)} {', '.join(numbers[:_MOST_LISTED])}" if numbers and not near else ""
+        but += f", which has {has}{' and others' * (len(numbers) > _MOST_LISTED)}" * bool(has)
         also = ONE_TOOL if len(numbers) < _SEVERAL else ""
         why = f"no entry in the set-up or the tool table{but}; add one{also}"
         if len(near) == 1:

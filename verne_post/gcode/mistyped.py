@@ -5,7 +5,7 @@ did you mean TRAORI?". Editors change the one into the other, and a language goe
 """
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Final
@@ -247,12 +247,20 @@ def shift_back(corrected_error: ProgramError, later_errors: Iterable[ProgramErro
             error.column -= len(correction[1]) - len(correction[0])
 
 
-def say_what_is_meant(source: Text, errors: Sequence[Finding], dialect: str) -> list[Finding]:
+def say_what_is_meant(
+    source: Text, errors: Sequence[Finding], dialect: str, called_texts: Mapping[str, Text]
+) -> list[Finding]:
     """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant, once.
 
     Where a message knows what is meant by the word at its column, that is an edit of the error.
     """
-    return list(dict.fromkeys(_say_what_is_meant(source, item, dialect) for item in errors))
+    found = [_say_what_is_meant(source, item, dialect) for item in errors]
+    for at, item in enumerate(found):
+        text = None if item.called is None else called_texts.get(item.called.file)
+        if text is not None and (correction := find_correction(item.message)):
+            text = b"\n".join((text[:], source[:]))
+            found[at] = replace(item, message=_add_point(text, item.message, correction[1], dialect))
+    return list(dict.fromkeys(found))
 
 
 def _find_pasted(text: str, error: ProgramError | Finding, dialect: str) -> tuple[str, int] | None:
@@ -376,16 +384,7 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     if is_unread and not is_explained:
         found = _find_number(text, item.column, dialect)
         if found is not None:
-            if f": {COMMA_BEHIND};" in found[0] and (
-                _has_points(source, found[3])
-                or (
-                    dialect == "fanuc"
-                    and _WITH_POINT.fullmatch(found[3])
-                    and _NUMBER_WITH_POINT.search(source)
-                    and re.search(rb"%b[-+]?\d++(?![.,])" % found[3][:1].encode(), source, re.IGNORECASE) is None
-                )
-            ):
-                found = (f"{found[0].removesuffix('?')}.?", *found[1:])
+            found = (_add_point(source, found[0], found[3], dialect), *found[1:])
             rights = [found[3], *([found[3][:-1]] if f" or {found[3][:-1]} " in found[0] else [])]
             edits = propose_words(item, found[2], rights if found[0].endswith(MAY_BE_MEANT) else [])
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=edits)
@@ -523,14 +522,16 @@ def _is_numbered(source: Text, line: int) -> bool:
     return any(raw is not None and re.match(rb"[ \t/]*N[ \t]*\d", raw, re.IGNORECASE) for raw in beside)
 
 
-def _has_points(source: Text, word: str) -> bool:
-    """Whether all numbers of the address of a word have a point in a program, and the word has none."""
+def _add_point(source: Text, message: str, word: str, dialect: str) -> str:
+    """The message about a comma, which stands for a point where the numbers of its address have one in a program."""
     address = re.match(r"[A-Z]+", word, re.IGNORECASE)
-    if address is None or "." in word:
-        return False
+    if f": {COMMA_BEHIND};" not in message or address is None or "." in word:
+        return message
     head = rf"(?<![A-Z_]){address[0]}[ \t]*[-+]?[ \t]*".encode()
     pointed_word, bare_word = (re.compile(head + end, re.IGNORECASE) for end in (rb"\d*\.", rb"\d++(?![.,])"))
-    return pointed_word.search(source) is not None and bare_word.search(source) is None
+    is_usual = dialect == "fanuc" and _WITH_POINT.fullmatch(word) and _NUMBER_WITH_POINT.search(source)
+    has_point = (is_usual or pointed_word.search(source)) and bare_word.search(source) is None
+    return f"{message.removesuffix('?')}.?" if has_point else message
 
 
 def _is_value(text: str, column: int, code: str) -> bool:

@@ -189,7 +189,8 @@ def _find_cause(
         return [other]
     in_order = [_place_at_word(source, item) for item in sorted(errors, key=lambda item: item.line or 0)]
     in_order = _try_other_side(source, setup, in_order, every or in_order, dialect)
-    found = say_what_is_meant(source, in_order, name_dialect(dialect))
+    called_texts = {setup.name_file(name, "ngc"): text for name, text in setup.subroutines.items()}
+    found = say_what_is_meant(source, in_order, name_dialect(dialect), called_texts)
     return _show_rival(source, setup, found, every or found, dialect)
 
 

@@ -1,5 +1,6 @@
 """The page of two programs, or two versions of one: what differs in time, findings, limits, operations and lines."""
 
+import sys
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -16,7 +17,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind
 from verne_post.model.part_setup import spell_tool_word
 from verne_post.model.verdict import SEVERITIES
-from verne_post.output.causes import find_causes
+from verne_post.output.causes import count_causes, find_causes
 from verne_post.output.commands import find_run
 from verne_post.output.findings import list_remedies
 from verne_post.report.alignment import Stretch, align_lines
@@ -262,15 +263,15 @@ def _list_times(side: Side) -> dict[str, float]:
 
 def _list_facts(side: Side) -> dict[str, str]:
     study = side.study
-    counts = Counter(item.severity for item in study.findings)
+    errors, warnings = count_causes(study.findings)
     facts = {
-        "findings": f"{count(counts['error'], 'error')}, {count(counts['warning'], 'warning')}",
+        "findings": f"{count(errors, 'error')}, {count(warnings, 'warning')}",
         **{
             place.what: f"{place.value} ({place.about})" if place.about else place.value
             for place in find_worst_places(side.machine, study)
             if place.what != TIME_LOST  # the table of lines compares these
         },
-        **dict(list_setup(side.machine, study)),
+        **dict(list_setup(side.machine, study, sys.maxsize)),  # this page has no set-up sheet
     }
     if study.summary is not None:
         facts["stops"] = str(study.summary.n_stops)
@@ -286,28 +287,24 @@ def _list_facts(side: Side) -> dict[str, str]:
 
 
 def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) -> str:
-    """Which findings are in one program alone, and which in both: same code and joint, at corresponding lines.
-
-    The first of each cause has what helps.
-    """
+    """Which causes are in one program alone, and which in both: same code and joint, at corresponding lines."""
     keyed = [
-        [(_make_key(item, stretches, first=number == 0), item, k) for k, item in enumerate(side.study.findings)]
+        [(_make_key(one.first, stretches, first=number == 0), one) for one in find_causes(side.study.findings)]
         for number, side in enumerate(sides)
     ]
-    shared = Counter(key for key, *_item in keyed[0]) & Counter(key for key, *_item in keyed[1])
+    shared = Counter(key for key, _cause in keyed[0]) & Counter(key for key, _cause in keyed[1])
     texts = []
     for name, side, found in zip("AB", sides, keyed, strict=True):
         left = shared.copy()
         alone, both = list[str](), list[str]()
-        helped = {cause.indices[0]: cause.first for cause in find_causes(side.study.findings)}
-        for key, item, index in sorted(found, key=lambda one: SEVERITIES.index(one[1].severity)):
+        for key, cause in sorted(found, key=lambda one: SEVERITIES.index(one[1].first.severity)):
+            item, others = cause.first, cause.describe_others()
             into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
             left[key] -= left[key] > 0
             text = escape_text(str(item)) + quote_line(item, side.source)
-            remedies = (
-                list_remedies(helped[index], side.program, find_run(side.study.options)) if index in helped else []
-            )
-            helps = "".join(f"<small>{escape_text(one)}</small>" for one in (where, *remedies))
+            also = [f"also {others}"] if others else []
+            remedies = list_remedies(item, side.program, find_run(side.study.options))
+            helps = "".join(f"<small>{escape_text(one)}</small>" for one in (where, *also, *remedies))
             into.append(f'<li class="{item.severity}"><span>{text}{helps}</span></li>')
         entries = "".join(alone + both)
         texts.append(f"<div><h3>{name}</h3><ul class=findings>{entries or '<li>no findings</li>'}</ul></div>")

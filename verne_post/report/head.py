@@ -4,7 +4,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.verdict import find_exit_status, find_verdict
 from verne_post.output.causes import count_causes
 from verne_post.output.summary import describe_time, list_absent_bodies, list_facts, list_unchecked
-from verne_post.report.markup import count, escape_names, escape_text, join_few
+from verne_post.report.markup import SHOWN, count, escape_names, escape_text, join_few
 from verne_post.report.sheet import TO_BE_MEASURED, list_offsets, list_tools
 from verne_post.report.table import Study
 
@@ -60,8 +60,8 @@ def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
     return f"{word}{', with warnings' if warned else ''}, {on}", "warned" if warned else "runs"
 
 
-def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
-    """Tool length and work offset in a few words; what is to be measured comes last, with where it is measured."""
+def list_setup(machine: Machine, study: Study, most: int = SHOWN) -> list[tuple[str, str]]:
+    """Tool length and work offset, ``most`` of each; what is to be measured comes last, with where it is measured."""
     tools, open_tools, offsets, open_offsets = [], [], [], []
     for _number, tool, used, _diameter in list_tools(study):
         if used == TO_BE_MEASURED:
@@ -77,7 +77,7 @@ def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
     none = "not given" if study.program is None else "none"
     zero = machine.coordinates.zero_point
     return [
-        (what, f"{join_few(given)}; {left}" if given and left else left or join_few(given, none=none))
+        (what, "; ".join([join_few(given, most=most)] * bool(given) + [left] * bool(left)) or none)
         for what, given, left in (
             ("tool length", tools, _describe_open(open_tools, "from the gauge line to the tip")),
             ("work offset", offsets, _describe_open(open_offsets, f"from {zero} to the part zero")),

@@ -8,7 +8,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 
 #: So many tools and work offsets are in the head.
-_SHOWN: Final = 2
+SHOWN: Final = 2
 Row = tuple[str, ...]
 
 
@@ -49,7 +49,7 @@ def count(number: int, what: str) -> str:
     return format_count(number, what) if number else f"no {what}s"
 
 
-def join_few(texts: list[str], more: str = "more on the set-up sheet", none: str = "none") -> str:
+def join_few(texts: list[str], more: str = "more on the set-up sheet", none: str = "none", most: int = SHOWN) -> str:
     """Join as many texts as the head has room for; the set-up sheet has all."""
-    rest = len(texts) - _SHOWN
-    return "; ".join([*texts[:_SHOWN], *([f"{rest} {more}"] if rest > 0 else [])]) or none
+    rest = len(texts) - most
+    return "; ".join([*texts[:most], *([f"{rest} {more}"] if rest > 0 else [])]) or none

@@ -111,9 +111,9 @@ def make_diagnostic(
         lsp.DiagnosticRelatedInformation(lsp.Location(uri, convert(find_range(other, lines))), describe_other(other))
         for other in (cause.others if uri is not None else ())
     ]
-    file, line = (item.file, item.file_line) if item.called is None else (item.called.file, item.called.line)
+    file, line, column = (item.file, item.file_line, item.file_column) if item.called is None else item.called
     if uri is not None and file is not None:
-        there = lsp.Position((line or 1) - 1, 0)
+        there = lsp.Position((line or 1) - 1, (column or 1) - 1)
         path = Path(to_fs_path(uri) or "").parent / file
         place = lsp.Location(from_fs_path(str(path)) or "", lsp.Range(there, there))
         related.append(lsp.DiagnosticRelatedInformation(place, "it stands here"))

@@ -100,7 +100,8 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
     related += [{**_make_location(report.program, one), "message": {"text": "here too"}} for one in again]
     if item.called is not None:
         file = str(Path(report.program).parent / item.called.file)
-        there = replace(item, file=file, file_line=item.called.line, file_column=item.called.column, last_line=None)
+        line, column = item.called.line, item.called.column
+        there = replace(item, file=file, file_line=line, file_column=column, last_line=None, called=None)
         related.append({**_make_location(report.program, there), "message": {"text": "it stands here"}})
     fingerprint = make_fingerprint(report, item, seen)
     properties = ("axis", "value", "limit", "unit", "count", "worst_line")
