@@ -864,8 +864,7 @@ def test_a_cut_at_a_tilted_table_right_before_m128(machine, body, found):
     assert _warn(machine, body) == found
     text = f"BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\n{body}\nM30\nEND PGM P MM\n"
     told = [one for one in check(text.encode(), machine, _TOOL_AND_PLACE).findings if one.code == "VP037"]
-    edits = [(one.value, one.way, one.line, one.is_choice) for item in told for one in item.edits]
-    assert edits == [("M128", "before", line, True) for _code, line in found]
+    assert not any(item.edits for item in told), "before the cut alone, the tilt is still one of the machine's axes"
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def find_errors(run: Callable[..., Any], tmp_path: Path, name: str, lines: str) 
         ("p.h", "PLANE SPATIAL SPA+0 SPB+0 SPCO MOVE", "SPCO", "SPC0", 27),
         *((name, "G1 X4S. Y2.", "X4S.", "X45.", 4) for name in ("p.nc", "p.ngc", "p.mpf")),
         *((name, "G1 X-3l. Y2.", "X-3l.", "X-31.", 4) for name in ("p.nc", "p.ngc", "p.mpf")),
-        ("p.h", "L X+4B. Y+2", "X+4B.", "X+48.", 3),
+        ("p.h", "L X+4S. Y+2", "X+4S.", "X+45.", 3),
         ("p.apt", "GOTO/4S.5,0,60", "4S.5", "45.5", 6),
         ("p.apt", "GOTO/-3l.,0,60", "-3l.", "-31.", 6),
     ],
@@ -639,6 +639,16 @@ def list_slips(word: str, characters: str) -> list[str]:
     swapped = [word[:at] + word[at + 1 : at + 2] + word[at] + word[at + 2 :] for at in places]
     more = [word[:at] + one + word[end:] for at in places for one in (*characters, word[at]) for end in (at, at + 1)]
     return [one for one in dict.fromkeys((*lost, *swapped, *more, *(word + one for one in characters))) if one != word]
+
+
+@pytest.mark.parametrize("line", ["G0Z.", "G90Z.", "X5 Y3Z.", "T1S.", "M3S.", "N10Z.", "X5 Y3B."])
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc", "siemens"])
+def test_a_word_without_its_number_is_no_digit(dialect: str, line: str) -> None:
+    """Z of X5 Y3Z. had no number, and Y32. was proposed."""
+    options = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    text = f"G17 G90 G54 G94\nG0 X1 Y1 Z50 A0 C0\nG1 F500 X2\n{line}\nM30\n"
+    found = view_moves_plainly(text.encode(), options)[1]
+    assert not [pair for item in found for pair in list_automatic(item)]
 
 
 @pytest.mark.parametrize("slip", ["COMPO", "FFWO", "ORIKS", "TOWCS", "WALIMO"])

@@ -10,7 +10,6 @@ import click
 
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import format_json, make_printable
-from verne_post.cli.called_files import drop_called
 from verne_post.cli.common import expect_options, load_machines, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
@@ -123,6 +122,7 @@ def command(
         text = error.message if isinstance(error, click.UsageError) else str(error)
         _report_failure(files, report_files, github, Verdict.USAGE_ERROR, text, ())
         raise
+    from verne_post.cli.called_files import drop_called
     from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
     from verne_post.output.findings import Report, drop_repeated, list_unchecked
 

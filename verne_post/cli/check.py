@@ -9,7 +9,6 @@ from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
 from verne_post.base.text_marks import decode_text
-from verne_post.cli.called_files import drop_called
 from verne_post.cli.colour import say
 from verne_post.cli.common import (
     PROGRAM,
@@ -185,6 +184,7 @@ def command(
         _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
         raise
 
+    from verne_post.cli.called_files import drop_called
     from verne_post.output.batch_table import count_words
     from verne_post.output.findings import Report, drop_repeated
     from verne_post.output.policy import apply_policy, format_baseline

@@ -65,8 +65,10 @@ _ALIKE: Final = (_LETTER_O, _COMMA, _COMMA_FIRST, _LETTERS, _LETTER_L, _Q_AND_L,
 MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", "l": "1", ",": "."})
 #: The digits that letters in a number look like.
 DIGITS_ALIKE: Final = str.maketrans("OolLSsBbZz", "0011558822")
-#: A letter like a digit before a point that ends its number, where it begins no word.
-_LETTER_BEFORE_POINT: Final = re.compile(rf"{_ADDRESS}([-+]?\d+)([SBZL])\.(?![\w.])", re.IGNORECASE)
+#: A letter like a digit before a point that ends the number of an axis. Z and B may be words without a number.
+_LETTER_BEFORE_POINT: Final = re.compile(
+    r"(?<![A-Z_])([XYZABCIJKUVW][ \t]*(?:=[ \t]*)?)([-+]?\d+)([SL])\.(?![\w.])", re.IGNORECASE
+)
 #: G83O for G83: G codes of three digits are those of Siemens.
 _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
 #: M8O where M80 has no meaning: those of one digit have one in every language.

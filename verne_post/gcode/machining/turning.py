@@ -216,7 +216,7 @@ def warn_of_late_tcp(core: Machining, cut: int, line: int, code: str) -> None:
             f"the machine there; write {code} before this cut and before the tilt, if places of the part are "
             "meant"
         )
-        core.recorder.warn("VP037", text, cut, None, edits=write_before(code, line=cut, is_choice=True), advice="")
+        core.recorder.warn("VP037", text, cut, None, advice="")  # no edit: the line of the tilt is not known here
 
 
 def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], why: str, remedy: str) -> None:
