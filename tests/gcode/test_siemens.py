@@ -509,7 +509,7 @@ def test_a_radius_that_waits_for_d_is_not_guessed(view):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("G41 G1 X5", "no tool is in the spindle; load one"),
+        ("G41 G1 X5", "no tool is in the spindle; load one with T and M6"),
         ("T7 M6\nG41 G1 X5", "--tool-table"),
         ("TRAORI\nA3=0.1 C3=1\nG41 G1 X5", "A3= B3= C3="),
         ("TRAORI\nA3=0.1 C3=1\nBSPLINE X5 A5\nX6\nX7\nG1", "A3= B3= C3="),

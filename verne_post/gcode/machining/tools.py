@@ -78,7 +78,7 @@ class Tools:
         """Why no tool is in the spindle, and what to write."""
         last = self.recorder.selections[-1] if self.recorder.selections else None
         if last is None or not last.number or last.is_loaded:
-            return "no tool is in the spindle; load one"
+            return "no tool is in the spindle; load one with T and M6"
         name = describe_tool_number(last.number, self.state.tool_names)
         change = last.describe_change() if last.is_beside_pallet else "M6 after that T"
         return f"{name} of line {last.line} is only selected by T, and no M6 loads it; write {change}"

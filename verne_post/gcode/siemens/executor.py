@@ -278,6 +278,7 @@ class Executor:
         self.has_unread_tool |= error.code == "VP001" and _TOOL.search(text) is not None
         if error.code == "VP012" and not state.selected_tool:
             assume_tool_call(state)
+            assume_length(state)
         follows |= self.has_unread_plane and error.code == "VP017" and "CYCLE800" in error.message
         self.has_unread_plane |= "CYCLE800" in text
         # where it would have turned the rotary axes, a tool still points as they stood
