@@ -32,7 +32,7 @@ STRETCH_MM: Final = 1.0
 #: Short spans of feed motion that are checked together at most: those that turn about the tip have no length.
 MOST_TOGETHER: Final = 10
 #: In a contact that goes on, stretches that are cut and checked together at most: it is an error already.
-MOST_IN_CONTACT: Final = 16
+MOST_IN_CONTACT: Final = 4
 #: Smaller stretches, where one enters or leaves the way that the tool has cut.
 FINE_MM: Final = 0.05
 #: Stands for an enlargement by what may lie between rays.
