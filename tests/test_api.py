@@ -274,6 +274,8 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
     given = vp.Options(tools={"MILL": (112.5, 12), "5": 80, 3: 70}, wcs={"G54": (0, 0, 60)}, dialect="siemens")
     assert sorted(given.tools or {})[:2] == [3, 5]
     assert given.changed(tools={"MILL": 90}).control == given.control
+    numbered = given.changed(control={"siemens": {"tools": {"MILL": 6}}}, tools={"MILL": 90})
+    assert sorted(numbered.tools or {}) == [6]
     for one in (given, given.changed(air=0), given.changed(control={"siemens": {"start": "G71"}})):
         summary = vp.check(text, "verne", one).summary
         assert summary is not None

@@ -351,6 +351,8 @@ def machined(
     """
     sizes = {"gouge": gouge, "excess": excess, "grid": grid, "search": search}
     given = {name: convert_from_numpy(value) for name, value in sizes.items()}
+    distance = convert_from_numpy(distance)
+    fixtures = tuple(fixtures) if isinstance(fixtures, Iterable) and not isinstance(fixtures, str) else fixtures
     for name, value in {**given, "distance": distance}.items():
         least = 0 if name == "distance" else sys.float_info.min
         if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value < math.inf:

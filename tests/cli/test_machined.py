@@ -98,7 +98,15 @@ def test_a_floor_as_it_should_be(floor, run):
     assert "moved to the best fit" in answer.err
     # the scallop of strips 1 mm apart
     found = vp.machined(
-        Path("axes.csv"), Path("part.nc"), "verne", options(), nominal=Path("part.stl"), grid=0.1, excess=0.02
+        Path("axes.csv"),
+        Path("part.nc"),
+        "verne",
+        options(),
+        nominal=Path("part.stl"),
+        grid=0.1,
+        excess=0.02,
+        distance=np.float32(0),  # type: ignore[arg-type]
+        fixtures={}.items(),  # type: ignore[arg-type]
     )
     assert found.judged[0].comparison.deviation.max() == pytest.approx(4 - np.sqrt(16 - 0.25), abs=0.002)
 

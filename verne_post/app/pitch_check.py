@@ -55,7 +55,7 @@ def _find_word(line: str, dialect: str) -> tuple[str, int | None]:
         word = f"Q{found[1]}{by_speed if found[1] == '206' else ''}" if found else "Q239"
         return word, found and found.start() + 1
     if dialect == "siemens":
-        call = re.search(r"CYCLE(84|840)[ \t]*\(([^()]*)", line, re.IGNORECASE)
+        call = re.search(r"CYCLE(84|840)[ \t]*\(((?:[^()]|\([^()]*\))*)", line, re.IGNORECASE)
         if call is None:
             return "PIT or MPIT", None
         values = call[2].split(",")

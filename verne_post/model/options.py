@@ -629,8 +629,10 @@ class Options:
         UsageError
         """
         if "control" in values:  # tools given by name keep it
-            counted = {name: n for n, name in list_setup_names(self.control).items() if n >= FIRST_NAMED_TOOL}
-            values["control"] = _add_names(check_value("control", values["control"]), counted)
+            control = check_value("control", values["control"])
+            given, known = set(list_setup_names(control).values()), list_setup_names(self.control)
+            counted = {name: n for n, name in known.items() if n >= FIRST_NAMED_TOOL and name not in given}
+            values["control"] = _add_names(control, counted)
         return Options(**{**self.__dict__, **values})
 
     # --- what other packages derive from them ---
