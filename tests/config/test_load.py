@@ -130,7 +130,7 @@ def mistakes(path):
     assert findings
     for item in findings:
         assert (item.code, item.severity) == ("VP501", "error")
-        assert "broken.toml" in item.message
+        assert "broken.toml" in item.placed_message
         assert "\n" not in item.message
     return [item.message for item in findings]
 

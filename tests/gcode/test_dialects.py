@@ -1281,7 +1281,7 @@ def test_a_program_that_mixes_numbers_with_and_without_a_point(body, says):
     assert [(item.line, item.column) for item in found] == ([says[:2]] if says else [])
     if says:
         assert says[2] in found[0].message
-        assert 'decimal_point = "calculator" (' in found[0].message
+        assert '"decimal_point": "calculator"}} (' in found[0].message
     chosen = Options(**given, control={"fanuc": {"decimal_point": "calculator"}})
     assert "VP038" not in [item.code for item in verne_post.check(source, "verne", chosen).findings]
 
