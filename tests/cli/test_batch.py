@@ -527,6 +527,21 @@ def test_a_file_that_no_program_of_the_run_executes_is_checked(
     assert "not checked alone" not in answer.out
 
 
+@pytest.mark.parametrize("language", CALLS)
+@pytest.mark.parametrize("place", [(), ("--tool-length", "100", "--wcs", "G54=0,0,20")], ids=["no set-up", "a slip"])
+def test_a_file_that_a_refused_program_executes_is_not_refused_alone(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, language: str, place: tuple[str, ...]
+) -> None:
+    """Errors of the subprogram alone followed those of the program."""
+    monkeypatch.chdir(tmp_path)
+    main, text, name, called = CALLS[language]
+    Path(main).write_text(text.replace("50", "5O") if place else text)
+    Path(name).write_text(called)
+    answer = run("check", ".", *place)
+    assert answer.code in (1, 2)
+    assert f"not checked alone: {name}, called by {main}" in answer.out, answer.out
+
+
 def test_links_to_a_called_file_are_checked_there(
     tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,7 +5,8 @@ is that of :data:`STAGES`.
 """
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, Final
 
 import numpy as np
@@ -137,9 +138,10 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
         VP0xx: it cannot be read, means nothing on this machine, or contains no motion.
     """
     draft = read_draft(source, machine, options, team)
-    for stage in STAGES:
-        check_wanted()
-        draft = stage(draft)
+    with _name_called_files(draft.moves):
+        for stage in STAGES:
+            check_wanted()
+            draft = stage(draft)
     assert draft.contour is not None
     restored = () if draft.restart is None else draft.restart.switched_events
     return Program(
@@ -295,6 +297,21 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     check_source_text(source, options.source_name, options.dialect)
     setup = build_interpreter_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
+    with _name_called_files(moves):
+        return _lay_out_draft(source, setup, moves, machine, options, team)
+
+
+@contextmanager
+def _name_called_files(moves: Moves) -> Iterator[None]:
+    """An error of a program that has been read has the files that it calls."""
+    try:
+        yield
+    except InputError as error:
+        error.called_files = moves.called_lines.files
+        raise
+
+
+def _lay_out_draft(source: Text, setup: Setup, moves: Moves, machine: Machine, options: Options, team: Team) -> Draft:
     machine = choose_axis_correction(machine, options, moves)
     moves, path, branches = lay_out(source, setup, moves, machine, options, team)
     restart = (

@@ -285,7 +285,7 @@ class Result:
         The bodies that were not checked for contact, of a program that is refused too; empty where all were, and where
         the program could not be read.
     called_files : tuple of str
-        The files of subprograms that it executes, as seen from its folder; empty where the program could not be read.
+        The files of subprograms that it executes, as seen from its folder; of a refused one, as far as it was executed.
     """
 
     findings: tuple[Finding, ...]
@@ -386,7 +386,7 @@ class Result:
 
 def refuse_program(error: InputError) -> Result:
     """The result of a program that was refused."""
-    return Result(error.findings)
+    return Result(error.findings, called_files=error.called_files)
 
 
 #: What helps against an internal error.

@@ -293,7 +293,9 @@ def _make_refusal(
             for item in report_kept_planes(moves, setup.coordinates)
             if not _is_told(item, found) and (not unread or (item.line or 0) < unread)  # else it may be its end
         ]
-    return InputError(*(place_at_plane(source, item) for item in found))
+    error = InputError(*(place_at_plane(source, item) for item in found))
+    error.called_files = tuple(execution.recorder.lines.other_files)
+    return error
 
 
 def _is_told(kept_plane: Finding, errors: list[Finding]) -> bool:
