@@ -1625,3 +1625,10 @@ def test_an_error_in_the_first_lines_hides_no_warning_about_the_text(source: str
     found = check(source.encode(), "verne", Options(tool_length=80.0, wcs={"G54": (0, 0, 60)})).findings
     assert {(item.code, item.line) for item in found if item.severity == "warning"} == kept
     assert [item.code for item in found if item.severity == "error"] == ["VP001"]
+
+
+def test_a_linuxcnc_subprogram_alone_is_named(view):
+    """It was told to end with M30, and then does nothing where it is called."""
+    (item,) = view("o<hole> sub\nG1 X4 F900\no<hole> endsub\n", dialect="rs274")[1]
+    said = "this is a subprogram, and nothing calls it here; check the program that calls it"
+    assert (item.code, item.message, item.advice, item.edits) == ("VP010", said, "", ())

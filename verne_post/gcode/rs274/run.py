@@ -14,7 +14,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_number, correct_word, execute_as_meant, shift_back
 from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
-from verne_post.gcode.program_error import ProgramError, end_with
+from verne_post.gcode.program_error import IS_SUBPROGRAM, ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.flow import Flow
 from verne_post.gcode.rs274.interpreter import Rs274
@@ -358,6 +358,10 @@ class _BlockRun:
                     f"{also or '; write M30 before it'}"
                 )
                 execution.recorder.note_once("VP010", what, self.calls.line, edits, severity="warning")
+            return False
+        elif text.structure.subs and not execution.recorder.count and not execution.errors:
+            what = f"{IS_SUBPROGRAM}, and nothing calls it here; check the program that calls it"
+            execution.report_at_line("VP010", what, max(text.n_lines, 1), advice="")
             return False
         else:
             what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}{also}"
