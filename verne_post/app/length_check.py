@@ -300,16 +300,14 @@ def _report(line: int, text: str, edits: tuple[Remedy, ...], advice: str | None,
 
 
 def _follows_stop(moves: Moves, line: int) -> bool:
-    """Whether the spindle was stopped or set anew, and no tool called, between the last cut before a line and it."""
+    """Whether the spindle was stopped, and no tool called, between the last cut before a line and that line."""
     after = np.flatnonzero(moves.line >= line)
     first = int(after[0]) if len(after) else len(moves)
     cuts = np.flatnonzero(moves.kind[:first] == MoveKind.FEED)
     begin = int(cuts[-1]) if len(cuts) else first
     events = [one for one in moves.events if begin < one.before <= first and one.line < line]
-    spindle = [one.data["direction"] for one in events if one.kind == "spindle"]
-    # as a block of a tool does: it retracts to a place of the machine, and gives S and M3 again
-    begins_anew = bool(spindle) and any(begin < one < first for one in moves.machine_moves)
-    return ("stop" in spindle or begins_anew) and not any(one.kind == "tool" for one in events)
+    is_stopped = any(one.kind == "spindle" and one.data["direction"] == "stop" for one in events)
+    return is_stopped and not any(one.kind == "tool" for one in events)
 
 
 def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names: Mapping[int, str]) -> str:
