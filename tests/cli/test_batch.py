@@ -486,7 +486,6 @@ def test_a_file_that_only_a_program_of_the_run_calls_is_checked_there(
 
 HEAD = "L X+0 Y+0 Z+50 R0 FMAX\n"
 FAR_UP = "BEGIN PGM UP MM\nL X+4000 F900\nEND PGM UP MM\n"
-OPERATION = "BEGIN PGM UP MM\nTOOL CALL 1 Z S900\nL X+4000 F900\nEND PGM UP MM\n"
 
 
 @pytest.mark.parametrize(
@@ -503,7 +502,6 @@ OPERATION = "BEGIN PGM UP MM\nTOOL CALL 1 Z S900\nL X+4000 F900\nEND PGM UP MM\n
         ),
         ({"A.MPF": "G90 G0 X0 Y0 Z50\nT1 D1\nM6\nM30\n", "T1.MPF": "PROC T1\nG1 X4000 F900\nRET\n"}, "T1.MPF"),
         ({"T.H": f"{HEAD}M30\nCALL PGM UP\n", "UP.H": FAR_UP}, "UP.H"),
-        ({"T.H": f"{HEAD}CALL PGM UP\nM30\n", "UP.H": OPERATION}, "UP.H"),
         (
             {
                 "T.H": f"{HEAD}CALL PGM UP\nM30\n",

@@ -18,6 +18,7 @@ from verne_post.model.verdict import Family, find_family
 
 #: Another height, mm, may bring the start within limits: then Z is what is wrong with it, else X or Y.
 _HEIGHTS: Final = tuple(float(step) for step in range(-2000, 2001, 25))
+_OF_ROTARY_AXES: Final = ("VP102", "VP103")
 #: So many lines before the first motion are looked at.
 _OPENING: Final = 200
 
@@ -44,9 +45,12 @@ def quote_start(source: Text, program: Program, findings: Sequence[Finding]) -> 
     turned_letters = _find_beyond(program, tip, angles, length)
     rotary = dict(zip(program.machine.rotary_letters, program.machine.coordinates.rotary, strict=True))
     turns = (find_turn_to_plane(moves, first, rotary[letter]) for letter in turned_letters)
-    if turn := next(filter(None, turns), None):
-        return [_move_to_row(item, moves, turn[1]) if _is_at(item, line) else item for item in findings]
-    if letters == "XY" and turned_letters:
+    if turn := next(filter(None, turns), None):  # the plane has the angles, and no place
+        findings = [
+            _move_to_row(item, moves, turn[1]) if _is_at(item, line) and item.code in _OF_ROTARY_AXES else item
+            for item in findings
+        ]
+    elif letters == "XY" and turned_letters:
         letters, end = turned_letters, first + _OPENING  # the first naming of A may come after the first move
     for number in dict.fromkeys(moves.line[:end].tolist()):
         text = (take_line(source, number) or b"").decode("utf-8", errors="replace")

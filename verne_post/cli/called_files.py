@@ -13,6 +13,7 @@ from verne_post.cli.files import show_name
 from verne_post.config.subprograms import names_file
 from verne_post.gcode.dialects import find_dialect_name
 from verne_post.gcode.words import read_whole_lines
+from verne_post.model.verdict import find_exit_status
 
 if TYPE_CHECKING:
     from verne_post.config.settings import Settings
@@ -35,8 +36,6 @@ _NO_CALL: Final = re.compile(
 #: Languages by the endings of files that no other one calls; G-code has all other endings.
 LANGUAGES: Final = {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}
 _BEGIN: Final = re.compile(r"(?:\d+\s+)?BEGIN\s+PGM\b", re.IGNORECASE)
-#: A Klartext program with a tool of its own can run alone.
-_TOOL_CALL: Final = re.compile(r"(?:\d+\s+)?TOOL\s+CALL\b", re.IGNORECASE)
 _RET: Final = re.compile(r"(?:N\d+\s*)?(?:RET\b|M17(?!\d))", re.IGNORECASE)
 
 
@@ -94,8 +93,7 @@ def is_only_called(path: Path) -> bool:
     dialect = find_dialect_name("auto", source, path.name) or LANGUAGES.get(path.suffix.lower(), "rs274")
     text = source.decode("utf-8", errors="replace")
     if dialect == "heidenhain" and may_be_called(text, dialect, path.name):
-        code = list_code(text, dialect)
-        return bool(code) and _BEGIN.match(code[0]) is not None and not any(map(_TOOL_CALL.match, code))
+        return any(_BEGIN.match(line) for line in list_code(text, dialect)[:1])
     return is_subprogram(text, dialect, path.name)
 
 
@@ -112,7 +110,7 @@ def drop_called(
         settings = find_settings(name)
         return name not in named and (settings is None or Path(name).name not in settings.setups)
 
-    refused = (name for name, one in reports.items() if any(item.severity == "error" for item in one.findings))
+    refused = (name for name, one in reports.items() if find_exit_status(one.findings, one.fail_level))
     waiting = {name: Path(name).resolve() for name in refused if may_be_dropped(name) and is_only_called(Path(name))}
     callers: dict[Path, str] = {}
     for name, one in reports.items() if waiting else ():
