@@ -203,8 +203,9 @@ class Finding:
 
     @property
     def placed_message(self) -> str:
-        """The message, after the file in which its words stand."""
-        return self.full_message if self.file is None or self.called is not None else f"{self.file}: {self.message}"
+        """The message, after the file in which its words stand, and their line."""
+        line = "" if self.file_line is None else f", line {self.file_line}"
+        return self.full_message if self.file is None or self.called else f"{self.file}{line}: {self.message}"
 
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))
