@@ -1632,3 +1632,5 @@ def test_a_linuxcnc_subprogram_alone_is_named(view):
     (item,) = view("o<hole> sub\nG1 X4 F900\no<hole> endsub\n", dialect="rs274")[1]
     said = "this is a subprogram, and nothing calls it here; check the program that calls it"
     assert (item.code, item.message, item.advice, item.edits) == ("VP010", said, "", ())
+    assert {item.code for item in view("o<a> sub\no<b> endsub\n", dialect="rs274")[1]} == {"VP023"}
+    assert {item.code for item in view("M200\no<a> sub\n", dialect="rs274")[1]} >= {"VP002"}

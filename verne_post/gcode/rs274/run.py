@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from contextlib import suppress
 from functools import partial
 from typing import Final
 
@@ -359,7 +360,7 @@ class _BlockRun:
                 )
                 execution.recorder.note_once("VP010", what, self.calls.line, edits, severity="warning")
             return False
-        elif text.structure.subs and not execution.recorder.count and not execution.errors:
+        elif not execution.recorder.count and not execution.errors and _has_subprograms(text):
             what = f"{IS_SUBPROGRAM}, and nothing calls it here; check the program that calls it"
             execution.report_at_line("VP010", what, max(text.n_lines, 1), advice="")
             return False
@@ -374,6 +375,13 @@ class _BlockRun:
         frame = self.calls.frame
         self.flow.leave()
         self.flow.macros.leave(frame)
+
+
+def _has_subprograms(text: ProgramText) -> bool:
+    """Whether a text defines subprograms, with labels that fit together."""
+    with suppress(ProgramError):
+        return bool(text.structure.subs)
+    return False
 
 
 def _is_executed(raw: bytes, setup: Setup) -> bool:
