@@ -312,6 +312,7 @@ def _name_called_files(moves: Moves) -> Iterator[None]:
 
 
 def _lay_out_draft(source: Text, setup: Setup, moves: Moves, machine: Machine, options: Options, team: Team) -> Draft:
+    """:func:`read_draft`, from the moves on."""
     machine = choose_axis_correction(machine, options, moves)
     moves, path, branches = lay_out(source, setup, moves, machine, options, team)
     restart = (

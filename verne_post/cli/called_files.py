@@ -107,22 +107,24 @@ def drop_called(
     """
 
     def may_be_dropped(name: str) -> bool:
+        if name in named or not is_only_called(Path(name)):
+            return False
         settings = find_settings(name)
-        return name not in named and (settings is None or Path(name).name not in settings.setups)
+        return settings is None or Path(name).name not in settings.setups
 
     refused = (name for name, one in reports.items() if find_exit_status(one.findings, one.fail_level))
-    waiting = {name: Path(name).resolve() for name in refused if may_be_dropped(name) and is_only_called(Path(name))}
+    waiting = {name: Path(name).resolve() for name in refused if may_be_dropped(name)}
     callers: dict[Path, str] = {}
     for name, one in reports.items() if waiting else ():
         folder = Path(name).resolve().parent
-        files = one.called if name not in waiting else ()  # who calls it must be a program
-        callers = dict.fromkeys(((folder / file).resolve() for file in files), name) | callers
-    dropped = {name: callers[path] for name, path in waiting.items() if path in callers}
-    return {
-        name: replace(one, called=tuple(show_name(other) for other, caller in dropped.items() if caller == name))
-        for name, one in reports.items()
-        if name not in dropped
-    }
+        for file in one.called if name not in waiting else ():  # who calls it must be a program
+            callers.setdefault((folder / file).resolve(), name)
+    own: dict[str, list[str]] = {name: [] for name in reports}
+    for name, path in waiting.items():
+        if path in callers:
+            own[callers[path]].append(name)
+            del own[name]
+    return {name: replace(reports[name], called=tuple(map(show_name, called))) for name, called in own.items()}
 
 
 def _read(path: Path) -> bytes:
