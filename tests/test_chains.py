@@ -407,6 +407,20 @@ def test_places_of_the_machine_after_a_rewind(run: Runner, tmp_path: Path) -> No
         assert table[name][there] == pytest.approx(table[name][before], abs=1e-4)
 
 
+@pytest.mark.parametrize("tail", ["G91 G28 Z0", "G53 G0 Z0", "G53 G0 Z0\nG0 A0 C0", "G53 G0 Z0\nG53 G0 X0 Y0 A0 C0"])
+def test_c_does_not_turn_for_the_place_of_the_machine_at_the_end(tail: str) -> None:
+    """The tool axis swings through the vertical from one side to the other: A does that alone, and C stands.
+
+    What the machine coordinates after it mean depends on where the table stands then, and is no word for it.
+    """
+    cuts = "".join(f"X{5 * at} I0 J{0.1 * (-1) ** at} K0.995\n" for at in range(1, 5))
+    source = f"G21 G90\nG54 G0 X0 Y0 A0 C0\nG43.5 H1 Z50\nG1 Z0 I0 J0 K1 F1500\n{cuts}G0 Z50\nG49\n{tail}\nM30\n"
+    setup = vp.Options(tool_length=LENGTH, wcs={"G54": (0, 0, 0)}, dialect="fanuc")
+    program = assemble(source.encode(), vp.load_machine("ac_trunnion"), setup)
+    assert np.abs(np.degrees(program.path.end[:, 4])).max() == 0.0
+    assert np.abs(np.degrees(program.path.end[:, 3])).max() == pytest.approx(np.degrees(np.arctan2(0.1, 0.995)))
+
+
 @pytest.mark.parametrize("first", ["G1 X10 A110 F3000", "G2 X20 I10 A110 F3000"])
 def test_a_corner_at_the_end_of_a_travel_does_not_swing_beyond_it(first: str, run: Runner, tmp_path: Path) -> None:
     """Wide corners swing out before they turn: A stands at its limit along line 3, which is legal to the last digit."""

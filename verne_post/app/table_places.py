@@ -49,9 +49,15 @@ def lay_out(
     InputError
         VP013: no choice of branches fits the places of the machine that follow from it.
     """
+    places_known = len(setup.table_places)
     for _ in range(MOST_READINGS):
         path, branches = choose_branches(
-            moves, machine, options.orientation, allow_rewind=options.allow_rewind, team=team
+            moves,
+            machine,
+            options.orientation,
+            allow_rewind=options.allow_rewind,
+            team=team,
+            places_known=places_known,
         )
         found = tuple(_find_place(place, path, machine) for place in moves.table_places)
         wrong = [
@@ -61,7 +67,7 @@ def lay_out(
         ]
         if not wrong:
             return moves, path, branches
-        moves = gcode.interpret_program(source, replace(setup, table_places=found))
+        moves, places_known = gcode.interpret_program(source, replace(setup, table_places=found)), len(found)
     line = int(moves.line[max(wrong[0].before - 1, 0)])
     text = (
         "after the tool axis of this line the program names machine coordinates, and which of the two "

@@ -12,7 +12,7 @@ from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Frame, Moves
+from verne_post.model.moves import Frame, Moves, TablePlace
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
@@ -25,12 +25,13 @@ DEPARTURE: Final = "branch of the words"
 
 
 def choose_branches(
-    moves: Moves, machine: Machine, orientation: str, *, allow_rewind: bool, team: Team = ALONE
+    moves: Moves, machine: Machine, orientation: str, *, allow_rewind: bool, team: Team = ALONE, places_known: int = 0
 ) -> tuple[ToolPath, BranchPlan | None]:
     """Build the tool path on the branches of the table that keep the limits; returns it, and the plan.
 
     ``orientation`` as for :func:`build_path`; with ``allow_rewind`` the table may turn between feed moves;
-    the processes of ``team`` try branches.
+    the processes of ``team`` try branches; the first ``places_known`` of the ``table_places`` are known, and the
+    others follow from the choice.
 
     A program with A and C words stays as it is where the table may not rewind: the limits that it breaks are findings.
     """
@@ -54,7 +55,14 @@ def choose_branches(
         if word is not None and machine.coordinates.nutation is None:
             away = math.radians(_find_start(path.start[0, 3:], machine) - word)
         plan = plan_branches(
-            path, is_legal, c_range, team, machine.coordinates.nutation, moves.find_named(path.move), away
+            path,
+            is_legal,
+            c_range,
+            team,
+            machine.coordinates.nutation,
+            moves.find_named(path.move),
+            away,
+            _find_held(path, moves.table_places[places_known:]),
         )
         if plan is None:
             return None
@@ -123,6 +131,18 @@ def report_branch_changes(
             )
         )
     return findings
+
+
+def _find_held(path: ToolPath, places: tuple[TablePlace, ...]) -> Mask:
+    """Segments (n,) from places of the table on, up to the next that turns it."""
+    held = np.zeros(len(path), dtype=bool)
+    turns = path.free | (np.abs(path.end - path.start)[:, 3:] > ZERO_ANGLE).any(axis=1)
+    turning = np.append(np.flatnonzero(turns), len(path))
+    for place in places:
+        if not place.by_words:
+            first = int(np.searchsorted(path.move, place.before))
+            held[first : turning[np.searchsorted(turning, first)]] = True
+    return held
 
 
 def _find_word_before(path: ToolPath, moves: Moves, machine: Machine) -> float | None:

@@ -78,6 +78,7 @@ def plan_branches(
     nutation: Nutation | None = None,
     named: Mask | None = None,
     away: float = 0.0,
+    held: Mask | None = None,
 ) -> BranchPlan | None:
     """Choose the branch of every segment; None where the programmed one keeps the limits, or nothing is better.
 
@@ -95,11 +96,14 @@ def plan_branches(
         circle.
     away : float
         Angle of C, rad, by which the provisional start is beyond where words before the path have left it.
+    held : ndarray of bool, shape (n,), optional
+        Segments whose A and C are where tool axes before them have left the table, which is not known yet.
     """
     free, n = path.free, len(path)
+    held = np.zeros(n, dtype=bool) if held is None else held
     if not free.any() and _is_legal_throughout(path, legal, c_range, team, nutation):
         return None
-    onward = _find_onward(path)
+    onward = _find_onward(path, held)
     start = path.start.copy()
     start[onward, 3:] = path.end[onward, 3:]
     path = replace(path, start=start)
@@ -107,9 +111,9 @@ def plan_branches(
     if nutation is not None:
         possible = (possible[0], possible[1] & path.free)
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
-    named = ~free if named is None else named
+    named = (~free if named is None else named) & ~held
     choice = _Choice(path, named, onward, _find_states(path, c_range, nutation), possible, c_range, nutation, away)
-    breaks = _find_breaks(path, vertical)
+    breaks = _find_breaks(path, vertical, held)
     plan = _find_plan(choice, _find_spans(breaks, vertical, n))
     if not plan.legal or not all(change.upright for change in plan.changes):
         finer = _split_breaks(choice, breaks)
@@ -140,11 +144,11 @@ class _Choice(Struct, frozen=True, eq=False):
         return self.possible[branch.flip] & (np.minimum(c0, c1) >= low) & (np.maximum(c0, c1) <= high)
 
 
-def _find_onward(path: ToolPath) -> Mask:
-    """Find rapids whose A and C words follow segments with tool axes: they begin wherever the table stands."""
+def _find_onward(path: ToolPath, held: Mask) -> Mask:
+    """Find rapids whose A and C words follow tool axes, or what these hold: they begin wherever the table stands."""
     turns = (np.abs(path.end - path.start)[:, 3:] > ZERO_ANGLE).any(axis=1)
-    onward = ~path.free & (path.feed_time == 0) & turns
-    onward[1:] &= path.free[:-1]
+    onward = ~(path.free | held) & (path.feed_time == 0) & turns
+    onward[1:] &= (path.free | held)[:-1]
     onward[:1] = False
     return onward
 
@@ -208,10 +212,10 @@ def _find_states(path: ToolPath, c_range: tuple[float, float], nutation: Nutatio
     return sorted(branches, key=lambda branch: (branch.flip, abs(branch.turns), branch.turns))
 
 
-def _find_breaks(path: ToolPath, vertical: Mask) -> set[int]:
+def _find_breaks(path: ToolPath, vertical: Mask, held: Mask) -> set[int]:
     """Find segments before which a span begins: at vertical tools, at the pole, between tool axes and words."""
     apart = np.abs(path.start[1:, 3:] - path.end[:-1, 3:]).max(axis=1, initial=0.0) > ZERO_ANGLE
-    kind = path.free[1:] != path.free[:-1]
+    kind = (path.free[1:] != path.free[:-1]) | (held[1:] != held[:-1])
     upright = path.free[1:] & path.free[:-1] & (np.abs(np.sin(path.start[1:, 3])) <= POLE_SINE)
     at = np.flatnonzero(apart | kind | upright | (vertical[1:] != vertical[:-1])) + 1
     return {0, *at.tolist()}
@@ -250,10 +254,13 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     begin = np.stack([branch.apply_to(path.start[firsts, 3:]) for branch in states], axis=1)
     finish = np.stack([branch.apply_to(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
+    # a vertical beginning already stands as it will leave
+    away = np.abs(choice.away + begin[0, :, 1] - path.start[0, 4])
+    nearest = np.rint(away / TRAVEL_STEP).astype(int).tolist()
     costs: list[list[_Cost]] = [
         [
-            (int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0 if k else way, 0 if k else s)
-            for s, way in enumerate(_find_ways_to(choice))
+            (int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0 if k else way, 0 if k else nearest[s], 0 if k else s)
+            for s, way in enumerate(_find_ways(away))
         ]
         for k in range(len(firsts))
     ]
@@ -282,22 +289,24 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     return _lay_out(choice, spans, [states[s] for s in chosen], legal=total[0] == 0)
 
 
-def _find_ways_to(choice: _Choice) -> list[int]:
-    """Travel of C before each branch: whole turns more than the shorter way from where words have left the table."""
-    start = float(choice.path.start[0, 4])
-    shifts = [float(branch.apply_to(choice.path.start[:1, 3:])[0, 1]) - start for branch in choice.states]
-    turns = [np.ceil(abs(choice.away + shift) / (2 * np.pi) - 0.5 - ZERO_ANGLE) for shift in shifts]
-    return [round(2 * np.pi * turn / TRAVEL_STEP) for turn in turns]
+def _find_ways(away: Array) -> list[int]:
+    """Travel of C before each branch (n,): whole turns more than the shorter way from where words have left the table.
+
+    ``away``: the angle of C from there to the first tilted tool on each branch, rad.
+    """
+    turns = np.ceil(away / (2 * np.pi) - 0.5 - ZERO_ANGLE)
+    found: list[int] = np.rint(2 * np.pi * turns / TRAVEL_STEP).astype(int).tolist()
+    return found
 
 
 #: Numbers in order of weight: segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the
-#: programmed branch, turns of C in place under a vertical tool, rotary travel. Where all are equal, the last one keeps
-#: the first segment as it is.
-_Cost = tuple[int, int, int, int, int, int, int]
+#: programmed branch, turns of C in place under a vertical tool, rotary travel. Where all are equal, the last two keep
+#: the first segment near the C of words before it, and as it is.
+_Cost = tuple[int, int, int, int, int, int, int, int]
 
 
 def _add(a: _Cost, b: _Cost) -> _Cost:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6])
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6], a[7] + b[7])
 
 
 def _compute_passage_cost(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
@@ -305,12 +314,12 @@ def _compute_passage_cost(before: Array, after: Array, *, bridged: bool, fed: bo
     tilt, turn = abs(float(after[0] - before[0])), abs(float(after[1] - before[1]))
     travel = round((tilt + turn) / TRAVEL_STEP)
     if _meets(before, after):
-        return (0, 0, 0, 0, 0, 0, 0)
+        return (0, 0, 0, 0, 0, 0, 0, 0)
     if bridged:
-        return (0, 0, 0, 0, 0, travel, 0)
+        return (0, 0, 0, 0, 0, travel, 0, 0)
     if _are_upright(before, after) and tilt <= ZERO_ANGLE:
-        return (0, 0, 0, 0, 1, travel, 0)
-    return (0, int(fed), 1, 0, 0, travel, 0)
+        return (0, 0, 0, 0, 1, travel, 0, 0)
+    return (0, int(fed), 1, 0, 0, travel, 0, 0)
 
 
 def _meets(before: Array, after: Array) -> bool:
