@@ -1058,14 +1058,19 @@ M30
         ((8, 8, 80, 80, 80), ""),
         ((8, 8, 8, 8, 8), ""),
         ((0, 0, 35, 0, 0), ""),  # a face of the side, and back
+        ((5, 5, 45, 5, 5), ""),  # a chamfer between walls of 5 degrees, and of 4 and 5
+        ((4, 4, 45, 5, 5), ""),
+        ((3, 4, 50, 5, 5), ""),
+        ((7, 17, -23, 29, 30), "A-23 in this cut, and A17 and A29 in those before and after it: is A23 meant?"),
+        ((7, 18, -19, 29, 30), ""),
     ],
 )
-def test_a_rotary_word_with_its_point_one_place_off_is_in_doubt(angles: tuple[int, ...], said: str) -> None:
+def test_a_rotary_word_with_a_wrong_point_or_sign_is_in_doubt(angles: tuple[int, ...], said: str) -> None:
     """The tool swept over the part and back, without a word."""
     cuts = "".join(f"X{10 * number} Y1 Z{6 + number / 10} A{angle} C2\n" for number, angle in enumerate(angles))
     text = f"G17 G54 G90 G94 G710\nT1 D1\nM6\nS900 M3\nTRAORI\nG0 X-30 Y0 A0 C2\nZ30\nG1 Z5 F800\n{cuts}G0 Z60\nM30\n"
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="siemens")
-    found = [one for one in vp.check(text, "verne", options).findings if "is A8 meant" in one.message]
+    found = [one for one in vp.check(text, "verne", options).findings if "those before and after it" in one.message]
     assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
 
 

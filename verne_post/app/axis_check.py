@@ -25,14 +25,17 @@ _FOLLOWS: Final = 0.9848
 _DIFFERS: Final = 0.866
 #: A line of Klartext that gives the tool axis.
 _LN: Final = re.compile(rb"[ \t]*+(?:\d+[ \t]++)?LN\b", re.IGNORECASE)
-#: Degrees by which rotary axes turn less from one cut to the next; by which an angle of the wrong sign turns more; and
-#: by which numbers are rounded.
+#: Degrees by which rotary axes turn less from one cut to the next; by which an angle of the wrong sign turns more; by
+#: which walls of another draft differ more; and by which numbers are rounded.
 _STEP_DEG: Final = 15.0
 _TURN_DEG: Final = 30.0
 _SLACK_DEG: Final = 0.5
-#: Degrees by which the angles before and after such a word differ less, or else the part of them by which steps differ.
+_ROUND_DEG: Final = 0.02
+#: Degrees by which the angles before and after such a word differ less, or else the part of them by which the angle
+#: that is meant is not in their middle; and that by which steps differ, of a wrong sign and of a lost point.
 _EVEN_DEG: Final = 5.0
-_UNEVEN: Final = 0.25
+_OFF: Final = 0.25
+_UNEVEN: Final = {"VP056": 0.5, "VP505": 0.25}
 #: So many times as far as in the cuts beside it, the tip may go in a cut that is in doubt.
 _TIMES_STEP: Final = 3.0
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
@@ -109,7 +112,7 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
         for component in range(3):
             other = own[row] * np.where(np.arange(3) == component, -1.0, 1.0)
             aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
-            is_back = _goes_behind(tip[at - 1 : at + 2], own[row] - other)
+            is_back = _goes_behind(tip[row : at + _BESIDE + 1], own[row] - other)
             if not is_back and aside <= _ASIDE and middle[row] @ other > _AGREES:
                 yield at, component
                 break
@@ -124,8 +127,8 @@ def _find_change(moves: Moves, coordinates: Coordinates, at: int, axis: int) -> 
 
 
 def _goes_behind(tip: Array, change: Array) -> bool:
-    """Whether a tip (3, 3) goes along the change of its axis and comes back at once, as to the other side of a rib."""
-    aside = (tip[[0, 2]] - tip[1]) @ change
+    """Whether a tip (5, 3) is alone on one side along the change of its axis, as on the other one of a rib."""
+    aside = (np.delete(tip, _BESIDE, axis=0) - tip[_BESIDE]) @ change
     least = _BACK * float(np.linalg.norm(change))
     return bool((aside > least).all() or (aside < -least).all())
 
@@ -159,13 +162,19 @@ def check_rotary_words(source: Text, moves: Moves, coordinates: Coordinates, fro
         is_alone = (turned | turns_with).all(axis=1) & (turned.sum(axis=1) == 1) & is_near
         half, middle = 0.5 * (high - low), 0.5 * (high + low)
         uneven = np.maximum(np.abs(low - start - half), np.abs(last - high - half))
+        steps = np.maximum(np.abs(low - start), np.abs(last - high))
+        # between walls of two drafts there may be a chamfer
+        slack = np.where(steps > 0.0, 0.5 * gap - _ROUND_DEG, 0.0)
+        slack = np.where(gap > _SLACK_DEG, slack, np.minimum(0.5 * steps + _ROUND_DEG, _SLACK_DEG))
         for code, factor, may_be in (("VP056", -1.0, in_doubt & is_alone), ("VP505", 0.1, in_doubt)):
             off = np.abs(factor * own - middle)
             # angles that step on from slot to slot are others, unless they do so evenly
-            fits = np.where(gap < _EVEN_DEG, off <= 0.5 * gap + _SLACK_DEG, np.maximum(off, uneven) <= _UNEVEN * gap)
+            fits = (off <= _OFF * gap) & (uneven < _UNEVEN[code] * gap)
+            fits = np.where(gap < _EVEN_DEG, off < slack, fits)
             for row, axis in np.argwhere(turned & fits & may_be[:, None]).tolist():
                 at = first + _BESIDE + row
-                if factor < 0.0 and _goes_behind(tip[row + 1 : row + 4], _find_change(moves, coordinates, at, axis)):
+                rows = slice(row, row + 2 * _BESIDE + 1)
+                if factor < 0.0 and _goes_behind(tip[rows], _find_change(moves, coordinates, at, axis)):
                     continue
                 line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])
                 own_line, file, _calling_line = called.find_file(line)
