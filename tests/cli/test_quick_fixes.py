@@ -1207,6 +1207,18 @@ def test_a_cut_that_needs_m128_is_offered_it(
     assert [new for _path, new, _settles in made.values()] == [text.replace(cut, f"M128\n{cut}")] * bool(said)
 
 
+@pytest.mark.parametrize("place", ["A=DC({})", "A=AC( {} )", "A={}"])
+def test_a_lost_point_of_a_rotary_word_has_its_edit(inspector: Inspector, tmp_path: Path, place: str) -> None:
+    """None was offered within DC() and AC()."""
+    cuts = "".join(f"G1 X{at} {place.format(80 if at == 3 else 8)} F500\n" for at in range(6))
+    text, wrong, right = f"{SIEMENS}TRAORI\n{cuts}M30\n", place.format(80), place.format(8)
+    message, word, made = look(inspector, tmp_path / "a.mpf", text)
+    assert "is A8 meant?" in message and word == wrong
+    assert made == {
+        f"Write {right} in place of {wrong} in line 9": (tmp_path / "a.mpf", text.replace(wrong, right), False)
+    }
+
+
 @pytest.mark.parametrize(
     ("before", "meant"), [("G0 X0. Y0. Z50. A0. C0.", "X24."), ("G0 X0 Y0 Z50 A0 C0", "X24"), ("G0 X0. Y0.\nX5", "X24")]
 )

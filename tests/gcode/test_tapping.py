@@ -223,6 +223,16 @@ def test_a_pitch_that_no_tap_has_is_told(dialect, remark, text, pitch, reason):
         assert f"; correct {words[dialect][1]}" in item.message
 
 
+def test_a_pitch_of_a_called_file_is_marked_at_its_word():
+    """The place in the file was its line alone."""
+    called = {"o2000": b"%\nO2000\nM29 S400\nG84 Z-10. R5. F1200.\nG80\nM99\n%\n"}
+    tools, wcs = {1: make_tool(1, 80.0, 8.0)}, {"G54": (0, 0, 90)}
+    options = Options(dialect="fanuc", tapping="feed", tools=tools, wcs=wcs, subroutines=called)
+    program = "O1\n(T1 M8 TAP)\nG21 G90 G17 G94 G54\nT1 M6\nG0 X0 Y0 A0 C0\nG43 H1 Z50\nS400 M3\nM98 P2000\nM30\n"
+    (item,) = (one for one in check(program, "ac_trunnion", options).findings if one.code == "VP505")
+    assert (item.line, item.column, item.called) == (8, None, ("o2000.ngc", 4, 15))
+
+
 @pytest.mark.parametrize(
     ("dialect", "text"),
     [

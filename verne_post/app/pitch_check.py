@@ -4,12 +4,12 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from verne_post.base.long_text import Text, decode_lines, take_line
+from verne_post.app.source_text import take_line_of_move
+from verne_post.base.long_text import Text, decode_lines
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import METRIC_PITCH
 from verne_post.gcode.remarks import find_tool_remarks
-from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import Moves, Tap
 from verne_post.model.options import Options
@@ -51,7 +51,7 @@ def check_pitches(source: Text, moves: Moves, options: Options, from_move: int =
     for tap in taps:
         name = names.get(tap.tool or 0, "")
         if reason := _find_reason(tap, remarks.get(str(tap.tool)) or remarks.get(name) or name, options, names):
-            line = decode_line(take_line(source, tap.line) or b"")  # none of a called file
+            line = take_line_of_move(source, options, moves.called_lines, tap.line)
             word, column = _find_word(remove_remarks(line, dialect), dialect)
             text = f"{tap.pitch:g} mm a turn is no pitch of this tap: {reason}; correct {word}"
             yield make_finding("VP505", text, line=tap.line, last_line=tap.line, worst_line=tap.line, column=column)
