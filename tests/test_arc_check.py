@@ -119,6 +119,8 @@ AXES = {
         ("siemens", "++++_++++", []),  # the other flank, and back
         ("aptcl", "++++i++++", []),  # the other side of a rib
         ("aptcl", "++++~++++", [5]),
+        ("aptcl", "+z+zi+z+z", []),
+        ("aptcl", "z+z+j+z+z", [5]),  # to and fro by 1 mm
         ("aptcl", "++++-++++", [5]),
         ("siemens", "++++++++", []),
         ("siemens", "++++----", []),  # the other wall
@@ -129,7 +131,15 @@ AXES = {
 )
 def test_a_tool_axis_with_a_wrong_sign(dialect: str, signs: str, doubtful: list[int]) -> None:
     """B3=-0.5 in one line was followed to the other side of the part and back."""
-    values = {"+": (".5", 0), "-": ("-.5", 0), "_": ("-.5", -20), "i": ("-.5", -2), "~": ("-.5", -0.3)}
+    values = {
+        "+": (".5", 0),
+        "-": ("-.5", 0),
+        "_": ("-.5", -20),
+        "i": ("-.5", -2),
+        "~": ("-.5", -0.3),
+        "z": (".5", -1),
+        "j": ("-.5", -1),
+    }
     lines = [AXES[dialect].format(at, *values[sign]) for at, sign in enumerate(signs)]
     first = "G1 F400" if dialect == "siemens" else "FEDRAT/400,MMPM"
     head = {
@@ -185,17 +195,21 @@ def test_a_wrong_sign_where_the_tool_axis_turns_from_cut_to_cut(
 
 @pytest.mark.parametrize("machine", ["verne", "ac_trunnion"])
 @pytest.mark.parametrize(
-    ("x", "words", "is_told"),
+    ("beside", "x", "words", "is_told"),
     [
-        (-2.0, "A-22.4 C90.", False),  # the other flank of a rib, and back
-        (-2.0, "A22.4 C-90.", False),
-        (1.9, "A-22.4 C90.", True),
-        (1.9, "A22.4 C-90.", True),
+        (2.0, -2.0, "A-22.4 C90.", False),  # the other flank of a rib, and back
+        (2.0, -2.0, "A22.4 C-90.", False),
+        (2.0, 1.9, "A-22.4 C90.", True),
+        (2.0, 1.9, "A22.4 C-90.", True),
+        (0.8, 0.8, "A-22.4 C90.", True),  # to and fro by 1.2 mm
+        (0.8, -2.0, "A-22.4 C90.", False),
     ],
 )
-def test_rotary_words_of_the_other_flank_are_in_no_doubt(machine: str, x: float, words: str, is_told: bool) -> None:
+def test_rotary_words_of_the_other_flank_are_in_no_doubt(
+    machine: str, beside: float, x: float, words: str, is_told: bool
+) -> None:
     """The edit of such a warning tilted the tool into the rib."""
-    cuts = [f"X2. Y{at}. Z0. A22.4 C90." for at in range(7)]
+    cuts = [f"X{(2.0, beside)[at % 2]} Y{at}. Z0. A22.4 C90." for at in range(7)]
     cuts[3] = f"X{x} Y3. Z0. {words}"
     text = "O1\nG21 G90 G17\nT1 M6\nS900 M3\nG43.4 H1 G0 X2. Y0. Z60. A22.4 C90.\nG1 Z5. F500.\n" + "\n".join(cuts)
     tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 4.0)}

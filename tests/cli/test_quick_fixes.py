@@ -1185,12 +1185,38 @@ def test_a_corner_that_does_not_fit_names_the_largest_that_does(
     assert made == [text.replace(*right)]
 
 
-def test_a_tilt_in_a_cut_is_offered_m128_before_it(inspector: Inspector, tmp_path: Path) -> None:
-    cut = "3 L X+10 Y+2 A+6 C+12 F600\n"
-    text = f"{KLARTEXT}{cut}4 M30\n5 END PGM T MM\n"
-    message, _word, made = look(inspector, tmp_path / "a.h", text)
-    assert "write M128 before" in message
-    assert [new for _path, new, _settles in made.values()] == [text.replace(cut, f"M128\n{cut}")]
+@pytest.mark.parametrize(
+    ("start", "cut", "said", "word"),
+    [
+        ("", "3 L X+10 Y+2 A+6 C+12 F600\n", "write M128 before", "3 L X+10 Y+2 A+6 C+12 F600"),
+        (
+            "",
+            "3 LN X+10 Y+2 TX+0 TY+0.6 TZ+0.8 F600\n3 LN X+9 TX+0 TY+0.6 TZ+0.8\n",
+            "LN with TX TY TZ needs M128",
+            "TX",
+        ),
+        ("3 L A+10 FMAX\n", "3 LN X+10 Y+2 TX+0 TY+0.6 TZ+0.8 F600\n", "", "TX"),  # M128 before the tilt may be meant
+    ],
+)
+def test_a_cut_that_needs_m128_is_offered_it(
+    inspector: Inspector, tmp_path: Path, start: str, cut: str, said: str, word: str
+) -> None:
+    text = f"{KLARTEXT}{start}{cut}4 M30\n5 END PGM T MM\n"
+    message, marked, made = look(inspector, tmp_path / "a.h", text, SETUP.replace("60", "160"))
+    assert said in message and marked.startswith(word)
+    assert [new for _path, new, _settles in made.values()] == [text.replace(cut, f"M128\n{cut}")] * bool(said)
+
+
+@pytest.mark.parametrize("place", ["A=DC({})", "A=AC( {} )", "A={}"])
+def test_a_lost_point_of_a_rotary_word_has_its_edit(inspector: Inspector, tmp_path: Path, place: str) -> None:
+    """None was offered within DC() and AC()."""
+    cuts = "".join(f"G1 X{at} {place.format(80 if at == 3 else 8)} F500\n" for at in range(6))
+    text, wrong, right = f"{SIEMENS}TRAORI\n{cuts}M30\n", place.format(80), place.format(8)
+    message, word, made = look(inspector, tmp_path / "a.mpf", text)
+    assert "is A8 meant?" in message and word == wrong
+    assert made == {
+        f"Write {right} in place of {wrong} in line 9": (tmp_path / "a.mpf", text.replace(wrong, right), False)
+    }
 
 
 @pytest.mark.parametrize(

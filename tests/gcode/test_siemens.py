@@ -123,7 +123,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("POCKET3(1,2)", "VP005", "DP"), ("CYCLE63(1)", "VP002", "contour"),
     ("CYCLE84(1,2)", "VP005", "DP or DPR"), ("RND=2", "VP017", "G1, G2, G3"), ("G33 Z1", "VP002", "synchronised"),
     ("A4=1", "VP002", "surface"), ("WHEN TRUE DO X=1", "VP002", "synchronised"),
-    ("TRACYL(40)", "VP002", "other machines"),
+    ("TRACYL(40)", "VP002", "other machines"), ("G43", "VP002", "D1"), ("G80", "VP002", "MCALL alone"),
     ("X=FOO", "VP025", "FOO"), ("FOO=1", "VP002", "FOO"), ("FOO(1)", "VP002", "FOO"), ("X=1/0", "VP007", "no value"),
     ("X=SQRT(-1)", "VP007", "no value"), ("X=1+", "VP001", "end of the line"),
     ("X=\"A\"", "VP007", "text"), ("X=(1", "VP001", "')'"), ("X1.2.3", "VP001", "point"), ("?", "VP001", "?"),

@@ -174,9 +174,21 @@ G84 = "S400 M3\nM29 S{}\nG84 Z-10 R5 F{}"
         ("fanuc", "(T1 TAP 1/2-13 M3 S400)", G84.format(400, "781.6"), "1.954", ""),
         ("fanuc", "(T1 TAP 3/8-16 LH M4)", G84.format(400, "635."), "1.587", ""),
         ("fanuc", "(T1 TAP 4-40 COLLET M24)", G84.format(400, "254."), "0.635", ""),
+        ("fanuc", "(T1 TAP NO.4 COLLET M24)", G84.format(400, "254."), "0.635", ""),
+        ("fanuc", "(T1 TAP 1/2 HOLDER SK40 M3)", G84.format(400, "781.6"), "1.954", ""),
+        ("fanuc", "(T1 M8 TAP COLLET M24)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 M8 ROUGH, CHUCK ER32)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 M8 TAP HOLDER SK40)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 M8 SHANK 8 MM)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 M8 TAP 12 MM DEEP)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 G1/4 TAP M5)", G84.format(400, "534.7"), "1.337", ""),
+        ("fanuc", "(T1 M8 OP 2/3)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 M8 5/16-18)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
+        ("fanuc", "(T1 TAP 8 MM M3)", G84.format(400, "500."), "1.25", ""),
         ("fanuc", "(T1 TAP 8X1.25 RIGID M3)", G84.format(400, "500."), "1.25", ""),
         ("fanuc", "(T1 TAP M8 M3 S400)", G84.format(400, "1200."), "3", "M8, whose coarse pitch is 1.25 mm"),
-        ("fanuc", "(T1 TAP M8X1.25-6H M3)", G84.format(400, "400."), "1", ""),  # two sizes
+        ("fanuc", "(T1 TAP M8X1.25-6H M3)", G84.format(400, "400."), "1", "its tool that it is M8X1.25;"),
+        ("fanuc", "(T1 M8X1.25-6H M3)", G84.format(400, "400."), "1", ""),  # two sizes
         ("fanuc", "(T1 TAP M8X1.25-6H)", G84.format(400, "400."), "1", "its tool that it is M8X1.25;"),
         ("rs274", "(T1 M8 TAP)", "S400 M3 F5000\nG84 Z-10 R5", "12.5", "M8, whose coarse pitch is 1.25 mm"),
         ("siemens", "; T1 M8 TAP", CYCLE_84.format(125), "125", "M8, whose coarse pitch is 1.25 mm"),
@@ -209,6 +221,16 @@ def test_a_pitch_that_no_tap_has_is_told(dialect, remark, text, pitch, reason):
     for item in told if dialect in words else ():  # under the caret, and in the message
         assert source.splitlines()[item.line - 1][item.column - 1 :].startswith(words[dialect][0])
         assert f"; correct {words[dialect][1]}" in item.message
+
+
+def test_a_pitch_of_a_called_file_is_marked_at_its_word():
+    """The place in the file was its line alone."""
+    called = {"o2000": b"%\nO2000\nM29 S400\nG84 Z-10. R5. F1200.\nG80\nM99\n%\n"}
+    tools, wcs = {1: make_tool(1, 80.0, 8.0)}, {"G54": (0, 0, 90)}
+    options = Options(dialect="fanuc", tapping="feed", tools=tools, wcs=wcs, subroutines=called)
+    program = "O1\n(T1 M8 TAP)\nG21 G90 G17 G94 G54\nT1 M6\nG0 X0 Y0 A0 C0\nG43 H1 Z50\nS400 M3\nM98 P2000\nM30\n"
+    (item,) = (one for one in check(program, "ac_trunnion", options).findings if one.code == "VP505")
+    assert (item.line, item.column, item.called) == (8, None, ("o2000.ngc", 4, 15))
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.app.source_text import take_line_of_move
 from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
-from verne_post.base.long_text import Text, take_line
-from verne_post.base.program_lines import find_word_of, flip_component, name_component
+from verne_post.base.long_text import Text, decode_lines
+from verne_post.base.program_lines import find_address, find_word_of, flip_component, name_component
 from verne_post.model.findings import Finding, Remedy, add_line, make_finding
 from verne_post.model.moves import AXES, MoveKind, Moves
+from verne_post.model.options import Options
 from verne_post.model.protocols import Coordinates
 
 #: So many cuts on either side have axes that agree.
@@ -24,15 +26,18 @@ _FOLLOWS: Final = 0.9848
 #: Cosine between axes that a cut does not turn to and back: 30 degrees.
 _DIFFERS: Final = 0.866
 #: A line of Klartext that gives the tool axis.
-_LN: Final = re.compile(rb"[ \t]*+(?:\d+[ \t]++)?LN\b", re.IGNORECASE)
-#: Degrees by which rotary axes turn less from one cut to the next; by which an angle of the wrong sign turns more; and
-#: by which numbers are rounded.
+_LN: Final = re.compile(r"[ \t]*+(?:\d+[ \t]++)?LN\b", re.IGNORECASE)
+#: Degrees by which rotary axes turn less from one cut to the next; by which an angle of the wrong sign turns more; by
+#: which walls of another draft differ more; and by which numbers are rounded.
 _STEP_DEG: Final = 15.0
 _TURN_DEG: Final = 30.0
 _SLACK_DEG: Final = 0.5
-#: Degrees by which the angles before and after such a word differ less, or else the part of them by which steps differ.
+_ROUND_DEG: Final = 0.02
+#: Degrees by which the angles before and after such a word differ less, or else the part of them by which the angle
+#: that is meant is not in their middle; and that by which steps differ, of a wrong sign and of a lost point.
 _EVEN_DEG: Final = 5.0
-_UNEVEN: Final = 0.25
+_OFF: Final = 0.25
+_UNEVEN: Final = {"VP056": 0.5, "VP505": 0.25}
 #: So many times as far as in the cuts beside it, the tip may go in a cut that is in doubt.
 _TIMES_STEP: Final = 3.0
 #: mm along the component whose sign differs: where the tip goes farther, it may go to another flank and back.
@@ -63,11 +68,11 @@ def check_normals(source: Text, moves: Moves, coordinates: Coordinates, from_mov
     if moves.language != "heidenhain":
         return
     turns: NDArray[np.bool_] = np.any(np.abs(np.diff(moves.end[:, 3:6], axis=0)) > _STEP_DEG, axis=1)
-    lines = list[bytes]()
+    lines = list[str]()
     found: Finding | None = None
     for row in (np.flatnonzero(turns[:-1] & turns[1:]) + 1).tolist():
         rows = slice(max(row - _BESIDE, from_move), row + _BESIDE + 1)
-        lines = lines or source[:].split(b"\n")
+        lines = lines or [*decode_lines(source)]
         if not all(_LN.match(lines[line - 1]) for line in moves.line[rows].tolist()):
             continue
         ends = zip(moves.end[rows].tolist(), moves.frame[rows].tolist(), strict=True)
@@ -79,7 +84,7 @@ def check_normals(source: Text, moves: Moves, coordinates: Coordinates, from_mov
         yield found
 
 
-def _report(old: Finding | None, language: str, line: int, component: int, value: float, text: bytes = b"") -> Finding:
+def _report(old: Finding | None, language: str, line: int, component: int, value: float, text: str = "") -> Finding:
     """``old``: what was found before, which gets the line; ``text``: that of the line, for an edit."""
     if old is not None:
         return add_line(old, line)
@@ -88,7 +93,7 @@ def _report(old: Finding | None, language: str, line: int, component: int, value
         f"{name_component(language, component)} ({value + 0.0:.4g}): is the other sign meant?"
     )
     edits = tuple[Remedy, ...]()
-    if (flipped := flip_component(text.decode("utf-8", errors="replace"), language, component)) is not None:
+    if (flipped := flip_component(text, language, component)) is not None:
         wrong, right, _value = flipped
         edits = (Remedy(f"write {right}", right, line=line, misspelt=wrong, turns=True, is_choice=True),)
     return make_finding("VP056", said, line=line, last_line=line, worst_line=line, edits=edits)
@@ -109,7 +114,7 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
         for component in range(3):
             other = own[row] * np.where(np.arange(3) == component, -1.0, 1.0)
             aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
-            is_back = _goes_behind(tip[at - 1 : at + 2], own[row] - other)
+            is_back = _goes_behind(tip[row : at + _BESIDE + 1], own[row] - other)
             if not is_back and aside <= _ASIDE and middle[row] @ other > _AGREES:
                 yield at, component
                 break
@@ -124,8 +129,8 @@ def _find_change(moves: Moves, coordinates: Coordinates, at: int, axis: int) -> 
 
 
 def _goes_behind(tip: Array, change: Array) -> bool:
-    """Whether a tip (3, 3) goes along the change of its axis and comes back at once, as to the other side of a rib."""
-    aside = (tip[[0, 2]] - tip[1]) @ change
+    """Whether a tip (5, 3) is alone on one side along the change of its axis, as on the other one of a rib."""
+    aside = (np.delete(tip, _BESIDE, axis=0) - tip[_BESIDE]) @ change
     least = _BACK * float(np.linalg.norm(change))
     return bool((aside > least).all() or (aside < -least).all())
 
@@ -135,7 +140,9 @@ def _view_beside(rows: NDArray[Any]) -> NDArray[Any]:
     return np.moveaxis(np.lib.stride_tricks.sliding_window_view(rows, 2 * _BESIDE + 1, axis=0), -1, 0)
 
 
-def check_rotary_words(source: Text, moves: Moves, coordinates: Coordinates, from_move: int = 0) -> Iterator[Finding]:
+def check_rotary_words(
+    source: Text, moves: Moves, coordinates: Coordinates, options: Options, from_move: int = 0
+) -> Iterator[Finding]:
     """VP056 and VP505: the sign and the decimal point of a rotary word are in doubt; one finding of each a file.
 
     With the other sign, or a tenth, the angle that is executed is between those of the cuts before and after it. Of a
@@ -159,20 +166,26 @@ def check_rotary_words(source: Text, moves: Moves, coordinates: Coordinates, fro
         is_alone = (turned | turns_with).all(axis=1) & (turned.sum(axis=1) == 1) & is_near
         half, middle = 0.5 * (high - low), 0.5 * (high + low)
         uneven = np.maximum(np.abs(low - start - half), np.abs(last - high - half))
+        steps = np.maximum(np.abs(low - start), np.abs(last - high))
+        # between walls of two drafts there may be a chamfer
+        slack = np.where(steps > 0.0, 0.5 * gap - _ROUND_DEG, 0.0)
+        slack = np.where(gap > _SLACK_DEG, slack, np.minimum(0.5 * steps + _ROUND_DEG, _SLACK_DEG))
         for code, factor, may_be in (("VP056", -1.0, in_doubt & is_alone), ("VP505", 0.1, in_doubt)):
             off = np.abs(factor * own - middle)
             # angles that step on from slot to slot are others, unless they do so evenly
-            fits = np.where(gap < _EVEN_DEG, off <= 0.5 * gap + _SLACK_DEG, np.maximum(off, uneven) <= _UNEVEN * gap)
+            fits = (off <= _OFF * gap) & (uneven < _UNEVEN[code] * gap)
+            fits = np.where(gap < _EVEN_DEG, off < slack, fits)
             for row, axis in np.argwhere(turned & fits & may_be[:, None]).tolist():
                 at = first + _BESIDE + row
-                if factor < 0.0 and _goes_behind(tip[row + 1 : row + 4], _find_change(moves, coordinates, at, axis)):
+                rows = slice(row, row + 2 * _BESIDE + 1)
+                if factor < 0.0 and _goes_behind(tip[rows], _find_change(moves, coordinates, at, axis)):
                     continue
                 line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])
-                own_line, file, _calling_line = called.find_file(line)
+                file = called.find_file(line)[1]
                 if (code, file) in found:
                     found[code, file] = add_line(found[code, file], line)
                     continue
-                text = b"" if file else take_line(source, own_line) or b""
+                text = take_line_of_move(source, options, called, line)
                 if moves.language == "heidenhain" and _LN.match(text):
                     continue  # check_normals
                 letter, value, right = AXES[3 + axis], float(own[row, axis]), f"{factor * own[row, axis]:.6g}"
@@ -180,8 +193,8 @@ def check_rotary_words(source: Text, moves: Moves, coordinates: Coordinates, fro
                     f"{letter}{value:.6g} in this cut, and {letter}{low[row, axis] + 0.0:.6g} and "
                     f"{letter}{high[row, axis] + 0.0:.6g} in those before and after it: is {letter}{right} meant?"
                 )
-                word = find_word_of(text.decode("utf-8", errors="replace"), letter, value)
                 edit = Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True)
-                where = {} if word is None else {"column": word.start() + 1, "edits": (edit,)}
-                found[code, file] = make_finding(code, said, line=line, last_line=line, worst_line=line, **where)
+                where = {"column": find_address(text, letter), "last_line": line, "worst_line": line}
+                edits = (edit,) if find_word_of(text, letter, value) else ()
+                found[code, file] = make_finding(code, said, line=line, edits=edits, **where)
     yield from map(called.place, found.values())

@@ -95,7 +95,7 @@ def check_setup(
         *check_normals(source, moves, machine.coordinates, from_move),
         *check_diameters(source, moves, options),
         *map(called.place, check_pitches(source, moves, options, from_move)),
-        *check_rotary_words(source, moves, machine.coordinates, from_move),
+        *check_rotary_words(source, moves, machine.coordinates, options, from_move),
         *check_tolerances(source, moves, path, from_move),
         *report_table_turns(path, moves, machine),
         *find_unexecuted_moves(source, moves),

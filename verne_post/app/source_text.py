@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from verne_post.base.file_kinds import describe_binary, describe_kind
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import LONGEST_LINE, count_code
 from verne_post.base.text_marks import UTF16, is_utf16
 from verne_post.gcode.dialects import choose_dialect, name_dialect
@@ -13,6 +13,8 @@ from verne_post.gcode.read import find_language
 from verne_post.gcode.text import decode_line
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import InputError, make_finding, make_input_error
+from verne_post.model.moves import CalledLines
+from verne_post.model.options import Options
 
 #: So much of a source is looked at.
 _LOOKED_AT: Final = 4096
@@ -21,6 +23,15 @@ _STRAY_RETURN: Final = re.compile(rb"\r(?![\r\n]|\Z)")
 _LINE_ENDS_OF_OTHERS: Final = ("\r", "\v", "\f", "\x85", "\u2028", "\u2029")
 #: What helps where a line is too long.
 _DIVIDE: Final = "Divide the line into several blocks. If a line feed is missing, write it where the next block begins."
+
+
+def take_line_of_move(source: Text, options: Options, called: CalledLines, number: int) -> str:
+    """A line as moves count it, of the program or of a file that it calls; empty where that is not there."""
+    line, file, _calling_line = called.find_file(number)
+    if file is not None:
+        keys = {name: key for key, name in options.subroutine_files.items()}
+        source = options.subroutines.get(keys.get(file, file.rpartition(".")[0].lower()), b"")
+    return decode_line(take_line(source, line) or b"")
 
 
 def check_source_begin(begin: bytes, name: str) -> None:

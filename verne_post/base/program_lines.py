@@ -89,9 +89,28 @@ def find_coordinate(line: str, letter: str, language: str) -> re.Match[str] | No
     return re.search(rf"(GOTO[ \t]*+/{before}[ \t]*+)({_NUMBER})", line, re.IGNORECASE)
 
 
+def find_address(line: str, letter: str) -> int | None:
+    """The column of a letter, whatever gives its number, as in A#2, A[#1+2], A=R2, A=IC(5) or IA+Q5; None as above."""
+    pattern = rf"(?<![A-Za-z_])I?{letter}[ \t]*+(?==|[-+]?[#\[.\dQ])(?!\d++[ \t]*+=)"
+    found = list(re.finditer(pattern, remove_remarks(line, _find_dialect(line)), re.IGNORECASE))
+    return found[0].start() + 1 if len(found) == 1 else None
+
+
 def _list_words(line: str, letter: str) -> list[re.Match[str]]:
-    pattern = rf"(?<![A-Za-z_])({letter}[ \t]*=?[ \t]*)([-+]?{_DIGITS})"
-    return list(re.finditer(pattern, remove_remarks(line), re.IGNORECASE))
+    code, begin = remove_remarks(line, dialect := _find_dialect(line)), rf"(?<![A-Za-z_])({letter}[ \t]*+=?+[ \t]*+"
+    found = list(re.finditer(rf"{begin})([-+]?{_DIGITS})", code, re.IGNORECASE))
+    if dialect and letter in ("A", "B", "C"):
+        found += re.finditer(rf"{begin}{_PLACE})([-+]?{_DIGITS})[ \t]*+\)", code, re.IGNORECASE)
+    return found
+
+
+#: Siemens: how a rotary axis goes to its place, which is no remark.
+_PLACE: Final = r"(?:DC|AC[PN]?)[ \t]*+\([ \t]*+"
+
+
+def _find_dialect(line: str) -> str:
+    """That of a line with such a place; empty for others."""
+    return "siemens" if re.search(rf"=[ \t]*+{_PLACE}", line, re.IGNORECASE) else ""
 
 
 def find_word_of(line: str, letter: str, value: float) -> re.Match[str] | None:

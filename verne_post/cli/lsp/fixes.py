@@ -714,7 +714,8 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
         return _exchange_words(found, remedy, number, word)
     new = write_like(word[2], remedy.value, _find_dialect(found))
     begin = _find_offset(found.text, number - 1) + word.start(2)
-    title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"
+    end = word[0].removeprefix(word[1] + word[2])
+    title = f"Write {word[1]}{new}{end} in place of {word[0]} in line {number}"
     turns, is_choice = letter.upper() in ("A", "B", "C"), remedy.is_choice
     return Fix(title, found.path, found.text, begin, begin + len(word[2]), new, turns=turns, is_choice=is_choice)
 

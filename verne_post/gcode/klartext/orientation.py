@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.suggestions import find_meant
-from verne_post.base.tolerances import VECTOR_LENGTH
+from verne_post.base.tolerances import VECTOR_LENGTH, ZERO_ANGLE
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
@@ -18,7 +19,7 @@ from verne_post.gcode.klartext.transformations import build_spatial_plane
 from verne_post.gcode.klartext.vocabulary import ENDED_FUNCTIONS
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.machining import check_dwell
-from verne_post.gcode.program_error import At
+from verne_post.gcode.program_error import At, write_before
 
 _TCPM: Final = re.compile(
     r"[ \t]*TCPM(?:[ \t]+F[ \t]+(TCP|CONT))?(?:[ \t]+AXIS[ \t]+(POS|SPAT))?(?:[ \t]+PATHCTRL[ \t]+(AXIS|VECTOR))?"
@@ -179,7 +180,10 @@ class KlartextOrientation:
             raise statement.error("VP005", "LN needs NX NY NZ or TX TY TZ")
         if not self.modes.tcp:
             if tool[0] is not None:
-                raise statement.error("VP017", "LN with TX TY TZ needs M128 or FUNCTION TCPM")
+                # of a turned table, M128 before its turn may be meant
+                is_level = all(abs(angle) < ZERO_ANGLE * DEG_PER_RAD for angle in self.state.position[3:6])
+                text, edits = "LN with TX TY TZ needs M128 or FUNCTION TCPM", write_before("M128", is_choice=True)
+                raise statement.error("VP017", text, words.columns["TX"], edits if is_level else ())
             return None
         vector = np.array(chosen_vector, dtype=float)
         size = float(np.linalg.norm(vector))
