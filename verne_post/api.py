@@ -14,8 +14,9 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeGuard, get_args
 
 import numpy as np
 from msgspec import Struct
@@ -29,8 +30,7 @@ from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
 from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
-from verne_post.app.row_format import find_drives
-from verne_post.app.verify import verify_setpoints
+from verne_post.app.verify import judge_part, read_all_parts, read_rows, verify_index, verify_setpoints
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
@@ -58,8 +58,7 @@ from verne_post.output.findings import (
 )
 from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
-from verne_post.output.parts import name_part
-from verne_post.output.setpoints import read_csv
+from verne_post.output.parts import find_index, name_part, open_parts
 from verne_post.output.summary import format_verdict
 from verne_post.part.stl import read_stl
 from verne_post.part.verdict import Datum, Machined
@@ -67,6 +66,8 @@ from verne_post.toolpath.work_offset import Aim, Proposal
 
 #: A program: its bytes, its text, or where its file is.
 Source = bytes | str | os.PathLike[str]
+#: Rows: what convert returned, a setpoint file, or all parts of a program.
+SetpointsLike = Setpoints | Source | Sequence[Setpoints | Source]
 #: A text of one word that no language reads, and that ends as names of files do.
 _FILE_NAME = re.compile(r"\s*[^\s;()]+\.[A-Za-z]+\s*")
 #: A machine, its name, or where its file is.
@@ -262,7 +263,7 @@ def _list_findings(line: int, error: InputError, name: str) -> Explanation:
 
 @translate_messages
 def verify(
-    setpoints: Setpoints | Source,
+    setpoints: SetpointsLike,
     source: Source,
     machine: MachineLike | None = None,
     options: Options | None = None,
@@ -274,8 +275,9 @@ def verify(
 
     Parameters
     ----------
-    setpoints : Setpoints, bytes, str or path
-        What :func:`convert` returned, or the text or file of a setpoint CSV.
+    setpoints : Setpoints, bytes, str or path, or a list of them
+        What :func:`convert` returned, or the text or file of a setpoint CSV. Of a program with parts, a list of all,
+        or the index that the command writes. Of one part alone not all is checked: ``unchecked`` says what.
     source, machine, options, setup, settings
         Those of the conversion.
 
@@ -284,21 +286,28 @@ def verify(
     InputError
         The file or the program cannot be read.
     """
-    rows = _decode_setpoints(setpoints)
+    name, read_blocks = _open_setpoints(setpoints)
     text, chosen, read = _read_program(source, options, setup, settings)
     loaded = _load_machine(machine, read)
     program = assemble(text, loaded, chosen)
-    name, blocks = _read_setpoints(setpoints, rows, program)
-    verdict = verify_setpoints(program, blocks)
-    passes = find_exit_status(verdict.findings) == ExitStatus.CLEAN
+    if _is_index(setpoints):
+        verdict = verify_index(program, Path(setpoints))
+    else:
+        verdict = verify_setpoints(program, read_blocks(program), split=isinstance(setpoints, list | tuple))
+    verdict = judge_part(name, verdict, *_find_place(setpoints))
     lines = [format_finding(chosen.source_name, item) for item in verdict.findings]
-    verdict.text = "\n".join([*lines, format_verdict(name, verdict, loaded, passes=passes)])
+    if verdict.unchecked:
+        lines.append(f"{verdict.unchecked} Verify all parts together: give the index, as axes.index.json.")
+    else:
+        passes = find_exit_status(verdict.findings) == ExitStatus.CLEAN
+        lines.append(format_verdict(name, verdict, loaded, passes=passes))
+    verdict.text = "\n".join(lines)
     return verdict
 
 
 @translate_messages
 def machined(
-    setpoints: Setpoints | Source,
+    setpoints: SetpointsLike,
     source: Source,
     machine: MachineLike | None = None,
     options: Options | None = None,
@@ -320,8 +329,8 @@ def machined(
 
     Parameters
     ----------
-    setpoints : Setpoints, bytes, str or path
-        What :func:`convert` returned, or the text or file of a setpoint CSV.
+    setpoints : Setpoints, bytes, str or path, or a list of them
+        As for :func:`verify`.
     source, machine, options, setup, settings
         Those of the conversion; ``tool_shapes`` has the cutters.
     nominal : bytes or path
@@ -370,8 +379,8 @@ def machined(
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
     text, chosen, read = _read_program(source, options, setup, settings)
     program = assemble(text, _load_machine(machine, read), chosen)
-    shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
-    rows = list(blocks)
+    shown_rows, read_blocks = _open_setpoints(setpoints)
+    rows = list(read_blocks(program))
     if not rows:
         raise make_input_error("VP020", "the setpoint file has no rows")
     factor = np.array([column.factor for column in program.machine.columns])
@@ -590,7 +599,7 @@ def _write_rows(program: Path, result: Result, target: Path | None) -> BatchRow:
     """A program of a batch with its rows in files, one for each part between stops."""
     if target is None or result.setpoints is None:
         return BatchRow(program, result)
-    parts = result.setpoints.split() if result.setpoints.cuts else (result.setpoints,)
+    parts = result.setpoints.split()
     files = [target] if len(parts) == 1 else [name_part(target, number) for number in range(1, len(parts) + 1)]
     target.parent.mkdir(parents=True, exist_ok=True)
     for file, part in zip(files, parts, strict=True):
@@ -708,7 +717,7 @@ def _name_result(result: Result, source: Source, options: Options | None, machin
     return dataclasses.replace(result, program=program, machine="" if machine is None else machine.name)
 
 
-def _read(source: Source, what: str) -> Text:
+def _read(source: object, what: str) -> Text:
     """Bytes of a text, or of a file."""
     if isinstance(source, os.PathLike):
         try:
@@ -748,7 +757,7 @@ def _read_mesh(file: object, what: str) -> bytes:
     raise UsageError(what, f"expected bytes or a path, got {type(file).__name__}")
 
 
-def _decode_setpoints(setpoints: Setpoints | Source) -> str:
+def _decode_setpoints(setpoints: SetpointsLike) -> str:
     """The text of a setpoint file."""
     if setpoints is None:
         raise UsageError("setpoints", "None: a result has setpoints where convert made them and result.ok is true")
@@ -759,11 +768,32 @@ def _decode_setpoints(setpoints: Setpoints | Source) -> str:
         raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
 
 
-def _read_setpoints(setpoints: Setpoints | Source, rows: str, program: Program) -> tuple[str, Iterator[SetpointBlock]]:
-    """The name and the rows of a setpoint file."""
+def _is_index(setpoints: SetpointsLike) -> TypeGuard[os.PathLike[str]]:
+    return isinstance(setpoints, os.PathLike) and os.fspath(setpoints).endswith(".index.json")
+
+
+def _find_place(setpoints: SetpointsLike) -> tuple[int, int]:
+    """The number of a part, and how many there are; (1, 1) of rows that are no part of several."""
+    if isinstance(setpoints, Setpoints):
+        return setpoints.part
+    found = find_index(Path(setpoints)) if isinstance(setpoints, os.PathLike) else None
+    return (1, 1) if found is None else found[1:]
+
+
+def _open_setpoints(setpoints: SetpointsLike) -> tuple[str, Callable[[Program], Iterator[SetpointBlock]]]:
+    """What setpoints are called, and what reads their rows: those of one file, or of all parts of a program."""
     name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
-    drives = find_drives(program.machine, program.options)
-    return name, read_csv(io.StringIO(rows), name, program.machine.columns, program.cycle, drives)
+    if _is_index(setpoints):
+        return name, lambda program: read_all_parts(program, name, open_parts(Path(setpoints)))
+    if isinstance(setpoints, list | tuple):
+        texts = [
+            (str(one) if isinstance(one, os.PathLike) else f"part {number}", _decode_setpoints(one))
+            for number, one in enumerate(setpoints, start=1)
+        ]
+        parts = [(part, partial(io.StringIO, text)) for part, text in texts]
+        return name, lambda program: read_all_parts(program, name, parts)
+    rows = _decode_setpoints(setpoints)
+    return name, lambda program: read_rows(program, name, io.StringIO(rows))
 
 
 def _load_machine(machine: MachineLike | None, read: Settings | None) -> Machine:

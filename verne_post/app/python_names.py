@@ -97,6 +97,7 @@ _PHRASES: Final = {
     "the tools of a nearer set-up, or a tool table, replace all of that table": (
         "tools of the options, or of a nearer set-up, replace all of that table"
     ),
+    "give the index, as axes.index.json": "give verify their index, or a list of them",
     "no [keep_out.NAME]": "no keep_out",
     "no [stock]": "no stock",
 }
