@@ -293,6 +293,16 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
     assert ["MILL" in one.unchecked for one in (without, told)] == [True, False]
 
 
+@pytest.mark.parametrize("name", ["T1", "t01"])
+def test_a_tool_number_as_a_name_is_told_with_the_number(name: str) -> None:
+    """As [tools] of a set-up does; Siemens calls a tool of this name by it."""
+    given = vp.Options(tools={name: 80}, wcs={"G54": (0, 0, 60)})
+    (finding,) = vp.check("G21 G90\nT1 M6\nG43 H1 G0 X0 Y0 Z50 A0 C0\nM2\n", options=given).errors
+    assert finding.message == f'tool 1: there is no tool 1, and "{name}" is the name of one; write tools={{1: MM}}'
+    siemens = f'G17 G90 G71 G54\nT="{name}" M6\nD1 G0 X0 Y0 Z50 A0 C0\nG1 X5 F600\nM30\n'
+    assert vp.check(siemens, options=given)
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [

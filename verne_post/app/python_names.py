@@ -113,6 +113,11 @@ _OF_CONTROL: Final = re.compile(
     r"| in (?:the settings file|verne-post\.toml))"
 )
 _DATUM: Final = re.compile(r'give it as ("[^"]*") = \[X, Y, Z\] in mm under \[heidenhain\.datums\] of the set-up')
+#: The number of a tool as a name: T1.
+_NUMBER_AS_NAME: Final = re.compile(
+    r"the set-up has (no tool \d++, and) (T\d++) (is the name of one; write )(\d++) in place of T\d++ there",
+    re.IGNORECASE,
+)
 #: The last line of what is said of a line that cannot be executed.
 _SHOWS_ALL: Final = re.compile(
     r"^(the program has \d++ other errors?, .*: )verne-post check .* shows all$", re.MULTILINE
@@ -167,6 +172,7 @@ def name_in_python(text: str) -> str:
     text = _PHRASE.sub(lambda found: _PHRASES[re.sub(r"\n +", " ", found.group())], text)
     text = _OF_CONTROL.sub(lambda found: f'control={{"{found[1]}": {{"{found[2]}": {found[3] or "VALUE"}}}}}', text)
     text = _DATUM.sub(r'give control={"heidenhain": {"datums": {\1: (X, Y, Z)}}}, mm', text)
+    text = _NUMBER_AS_NAME.sub(r'there is \1 "\2" \3tools={\4: MM}', text)
     text = _COMMAND.sub(r"\1", text)
     return replace_options(_SHOWS_ALL.sub(r"\1check shows all", text), _list_names, _assign)
 
