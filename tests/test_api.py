@@ -318,7 +318,7 @@ def test_a_tool_number_as_a_name_is_told_with_the_number(name: str) -> None:
         (lambda: vp.check(io.BytesIO(b"M2")), r"source: .*got BytesIO; pass its read\(\)"),  # type: ignore[arg-type]
         (lambda: vp.verify(vp.check(SHORT), SHORT), "setpoints: .*got Result; pass its setpoints"),  # type: ignore[arg-type]
         (lambda: vp.make_report(SHORT, versus=5), "versus: expected bytes, text or a path"),  # type: ignore[arg-type]
-        (lambda: vp.batch(None), "programs: expected several paths, got NoneType"),  # type: ignore[arg-type]
+        (lambda: vp.batch(None), "programs: expected several paths or a folder, got NoneType"),  # type: ignore[arg-type]
         (lambda: vp.batch([], folder=Path(__file__)), "folder: .*expected a pathlib.Path of a folder"),
         (lambda: vp.machined("", SHORT, nominal=b"", distance="1 mm"), "distance: '1 mm': expected mm, 0 or more"),  # type: ignore[arg-type]
         (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[Path("a")]), "fixtures: .*'G54'"),  # type: ignore[list-item]
@@ -702,8 +702,8 @@ def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: 
     [
         (lambda: vp.read_settings(3), "path: expected the name of a file, got int"),  # type: ignore[arg-type]
         (lambda: vp.check(SHORT, "verne", settings="x.toml"), "settings: expected Settings or a pathlib.Path, got str"),
-        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths, as [Path('a.nc')]"),  # type: ignore[arg-type]
-        (lambda: vp.batch(Path("/"), "verne"), """several paths, as sorted(Path('/').glob("*.nc"))"""),  # type: ignore[arg-type]
+        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths or a folder, as [Path('a.nc')]"),  # type: ignore[arg-type]
+        (lambda: vp.batch("p", "verne"), "programs: expected several paths or a folder, as [Path('p')]"),  # type: ignore[arg-type]
         (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str: pass pathlib.Path('a.nc')"),  # type: ignore[list-item]
     ],
 )
@@ -741,7 +741,35 @@ def test_a_batch_writes_what_can_run_and_tells_of_the_others(part: Path) -> None
     with pytest.raises(vp.UsageError, match="is there already"):
         vp.batch([part], "verne", options, out)
     with pytest.raises(vp.UsageError, match="two programs have this name"):
-        vp.batch([part, part.with_suffix(".ngc")], "verne", options, part.with_name("new"))
+        vp.batch([part, part.parent / "other" / part.name], "verne", options, part.with_name("new"))
+
+
+def test_a_batch_of_a_folder_is_that_of_the_command(part: Path, run: Callable[..., Any]) -> None:
+    """Its structure, names that two programs share, and the subprogram that another program executes."""
+    top = part.parent / "p"
+    (top / "sub").mkdir(parents=True)
+    (top / "main.nc").write_text(SHORT.replace("G1 X10", "G1 X10\nO<hole> CALL"), "utf-8")
+    (top / "hole.ngc").write_text("O<hole> SUB\nG1 X5\nO<hole> ENDSUB\n", "utf-8")
+    for name in ("part.nc", "part.tap"):
+        (top / "sub" / name).write_text(SHORT, "utf-8")
+    options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}, cycle=0.004)
+    given = ("--tool-length", 80, "--wcs", "G54=0,0,60", "--cycle", 0.004, "-j", 1)
+    told = run("batch", top, "-o", part.with_name("out"), *given)
+    done = vp.batch(top, "verne", options, part.with_name("own"))
+    assert (told.code, done.ok) == (0, True)
+    written = [
+        sorted(one.relative_to(folder) for one in folder.rglob("*.csv"))
+        for folder in map(part.with_name, ("out", "own"))
+    ]
+    assert written[0] == written[1] == [Path("main.csv"), Path("sub/part.nc.csv"), Path("sub/part.tap.csv")]
+    said = f"not checked alone: {top / 'hole.ngc'}, called by {top / 'main.nc'}"
+    assert all(said in text for text in (told.err, repr(done), done._repr_html_()))
+    assert done[0].called == (str(top / "hole.ngc"),)
+    named = vp.batch([top, top / "hole.ngc"], "verne", options)  # what is named is converted
+    assert [one.program.name for one in named] == ["hole.ngc", "main.nc", "part.nc", "part.tap"]
+    (part.parent / "empty").mkdir()
+    with pytest.raises(vp.UsageError, match=r"no programs in .*empty; looked for \.nc"):
+        vp.batch([part.parent / "empty"], "verne", options)
 
 
 def test_a_report_is_the_page_of_the_command(part: Path, run: Callable[..., Any]) -> None:

@@ -24,10 +24,12 @@ from msgspec.structs import replace
 
 from verne_post import config
 from verne_post.app.assemble import Program, assemble
+from verne_post.app.called_files import drop_called
 from verne_post.app.convert import check_source, convert_source
 from verne_post.app.explain import Explanation, explain_refused, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
+from verne_post.app.program_folders import LOOKED_FOR, choose_names, find_programs_inside
 from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
 from verne_post.app.verify import judge_part, read_all_parts, read_rows, verify_index, verify_setpoints
@@ -50,11 +52,12 @@ from verne_post.model.verification import Verification
 from verne_post.output.batch_table import count_results, format_batch, make_batch_rows
 from verne_post.output.commands import find_run
 from verne_post.output.findings import (
+    Report,
     choose_remedy,
     describe_remedy,
-    describe_unchecked,
     format_finding,
     format_outcome,
+    list_unchecked,
 )
 from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
@@ -446,11 +449,14 @@ class BatchRow(Struct, frozen=True):
         Without its rows, where they were written.
     files : tuple of Path
         What was written; one for each part between stops.
+    called : tuple of str
+        Files of the folder that this program calls, and that have no row of their own.
     """
 
     program: Path
     result: Result
     files: tuple[Path, ...] = ()
+    called: tuple[str, ...] = ()
 
     @property
     def status(self) -> int:
@@ -485,7 +491,7 @@ class Batch(Struct, frozen=True):
     Attributes
     ----------
     programs : tuple of BatchRow
-        ``program``, ``result`` and ``files`` of each, in the given order.
+        ``program``, ``result``, ``files`` and ``called`` of each, in the given order; those of a folder by name.
     """
 
     programs: tuple[BatchRow, ...]
@@ -505,7 +511,7 @@ class Batch(Struct, frozen=True):
         return iter(self.programs)
 
     def _list_unchecked(self) -> list[str]:
-        return describe_unchecked([one.result.unchecked for one in self.programs])
+        return list_unchecked([_report_row(one, one.called) for one in self.programs])
 
     def __repr__(self) -> str:
         return "\n".join([format_batch(self.programs).rstrip("\n"), *self._list_unchecked()])
@@ -517,7 +523,7 @@ class Batch(Struct, frozen=True):
 
 @translate_messages
 def batch(
-    programs: Iterable[os.PathLike[str]],
+    programs: Iterable[os.PathLike[str]] | os.PathLike[str],
     machine: MachineLike | None = None,
     options: Options | None = None,
     folder: os.PathLike[str] | None = None,
@@ -532,12 +538,14 @@ def batch(
 
     Parameters
     ----------
-    programs : iterable of path
-        As ``Path("programs").glob("*.nc")``.
+    programs : path or iterable of path
+        Files, and folders that are searched, as ``Path("programs")``. A subprogram of a folder that is refused alone,
+        and that another program executes, has no row: it is in ``called`` of that one.
     machine, options, setup, settings
         As for :func:`convert`, for all of them.
     folder : path, optional
-        Where rows are written, ``part.csv`` of ``part.nc``; without it each result keeps its own.
+        Where rows are written, ``part.csv`` of ``part.nc``, in the structure of a folder that is searched; without it
+        each result keeps its own.
     progress : callable, optional
         Called with ("programs", done, total).
 
@@ -547,21 +555,24 @@ def batch(
         The machine file or the settings cannot be used.
     UsageError
         Two programs would be written to one file, or a file is there already: rows of another run must not be taken
-        for those of this one.
+        for those of this one. A folder has no programs.
     """
     _check_callable(progress, "progress")
+    if isinstance(programs, os.PathLike) and Path(programs).is_dir():
+        programs = [programs]
     if isinstance(programs, str | bytes | os.PathLike):
         one = f"Path({os.fsdecode(programs)!r})"
-        several = f'sorted({one}.glob("*.nc"))' if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
-        raise UsageError("programs", f"expected several paths, as {several}")
+        several = one if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
+        raise UsageError("programs", f"expected several paths or a folder, as {several}")
     if not isinstance(programs, Iterable):
-        raise UsageError("programs", f"expected several paths, got {type(programs).__name__}")
+        raise UsageError("programs", f"expected several paths or a folder, got {type(programs).__name__}")
     if folder is not None and (not isinstance(folder, str | os.PathLike) or Path(folder).is_file()):
         raise UsageError("folder", f"{folder!r}: expected a pathlib.Path of a folder")
-    paths = [Path(_require_path(one)) for one in programs]
+    found, named = _find_programs(programs, None if folder is None else Path(folder))
     read = take_settings(settings)
     loaded = _load_machine(machine, read)
-    targets = [None if folder is None else Path(folder, path.with_suffix(".csv").name) for path in paths]
+    paths = [Path(name) for name, _place in found]
+    targets = [None if folder is None else Path(folder, name) for name in choose_names(found, ".csv")]
     _refuse_files(targets)
     rows = []
     for path, target in zip(paths, targets, strict=True):
@@ -574,7 +585,37 @@ def batch(
         rows.append(_write_rows(path, result, target))
         if progress is not None:
             progress("programs", len(rows), len(paths))
-    return Batch(tuple(rows))
+    reports = {str(one.program): _report_row(one, one.result.called_files) for one in rows}
+    kept = drop_called(reports, named, lambda _name: read)
+    left = (one for one in rows if str(one.program) in kept)
+    return Batch(tuple(replace(one, called=kept[str(one.program)].called) for one in left))
+
+
+def _find_programs(programs: Iterable[object], folder: Path | None) -> tuple[list[tuple[str, Path]], set[str]]:
+    """Every program, and its place in the structure of its folder; and those that are named, each by itself."""
+    found: list[tuple[str, Path]] = []
+    named: set[str] = set()
+    searched: set[str] = set()
+    wrong: list[str] = []
+    for one in programs:
+        path = Path(_require_path(one))
+        if not path.is_dir():
+            found += [] if str(path) in searched else [(str(path), Path(path.name))]
+            named.add(str(path))
+            continue
+        inside = find_programs_inside(path, folder, wrong)
+        if not inside:
+            wrong.append(f"no programs in {path}; {LOOKED_FOR}")
+        found += (each for each in inside if each[0] not in named and each[0] not in searched)
+        searched |= {name for name, _place in inside}
+    if wrong:
+        raise UsageError("programs", "; ".join(wrong))
+    return found, named
+
+
+def _report_row(row: BatchRow, called: tuple[str, ...]) -> Report:
+    """The facts of a row as reports have them."""
+    return Report(str(row.program), row.findings, unchecked=row.result.unchecked, called=called)
 
 
 def _require_path(given: object) -> str:
