@@ -387,8 +387,34 @@ def test_words_after_an_option_are_values_only_where_they_may_be() -> None:
         ("(--maximise margin).", '(aim="margin").'),
         ("the --from and --to of", "the approach and departure of"),
         ("a--wcs b; --wcs-x --meta", "a--wcs b; --wcs-x --meta"),
+        # settings of a control, wherever a file would have them
+        ('[fanuc] a = "b" or "c" in verne-post.toml', 'control={"fanuc": {"a": "b"}} or "c"'),
+        (
+            '[fanuc] a = "b" (1 mm) or "c" (2 mm) in the settings file',
+            'control={"fanuc": {"a": "b"}} (1 mm) or "c" (2 mm)',
+        ),
+        ('[fanuc] a = "b", "c" or "d" in the settings file, or I', 'control={"fanuc": {"a": "b"}}, "c" or "d", or I'),
+        ('a = "b" or "c" under [aptcl] of the settings file', 'control={"aptcl": {"a": "b"}} or "c"'),
+        ("F into start under [siemens] of the settings file", 'F into control={"siemens": {"start": VALUE}}'),
+        ("under [aptcl.pitches] of the settings file", 'in control={"aptcl": {"pitches": {NAME: VALUE}}}'),
+        ('[fanuc] a = "b"; c in the settings file', 'control={"fanuc": {"a": "b"}}; c in the settings file'),
+        ('correct G54 or [stock]; system = "G54" under [stock]', 'correct G54 or stock; system = "G54" in stock'),
     ):
         assert name_in_python(said) == meant
+
+
+def test_no_message_sends_python_to_a_file_of_settings() -> None:
+    """Every text of a language that says where a setting belongs; what is computed in it stands for a control."""
+    place = re.compile(r"\b(?:in|under \S+ of) (?:verne-post\.toml|the settings file)")
+    for path in (ROOT / "verne_post" / "gcode").rglob("*.py"):
+        text = path.read_text("utf-8")
+        nodes = list(ast.walk(ast.parse(text))) if "settings file" in text or "verne-post.toml" in text else []
+        inside = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
+        inside |= {id(node.value) for node in nodes if isinstance(node, ast.Expr)}  # docstrings
+        for node in nodes:
+            parts = node.values if isinstance(node, ast.JoinedStr) else [node] if id(node) not in inside else []
+            said = "".join(str(part.value) if isinstance(part, ast.Constant) else "aptcl" for part in parts)
+            assert not (place.search(said) and place.search(name_in_python(said))), said
 
 
 #: Options of commands that the Python API has no argument for: it does not do what they do.

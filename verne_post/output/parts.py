@@ -151,7 +151,7 @@ def _read_text(blocks: Iterator[SetpointBlock], name: str) -> Iterator[SetpointB
     try:
         yield from blocks
     except UnicodeDecodeError:
-        raise make_input_error("VP020", f"{name}: no csv file; parts in another --format are not read") from None
+        raise make_input_error("VP020", f"{name}: no csv file; parts in another format are not read") from None
 
 
 def _open(file: Path) -> IO[str]:
