@@ -65,6 +65,10 @@ def test_what_is_not_ok_is_false() -> None:
     rows = good.setpoints.to_csv()
     assert vp.verify(rows, SHORT, "verne", OPTIONS)
     assert not vp.verify(rows, SHORT.replace("X10", "X9"), "verne", OPTIONS)
+    for result in (good, refused):  # of several programs, and of a page, too
+        row = api.BatchRow(Path("a.nc"), result)
+        for thing in (row, vp.Batch((row, api.BatchRow(Path("b.nc"), good))), vp.Page("", result.findings)):
+            assert (bool(thing), thing.ok) == (result.ok, result.ok)
 
 
 def test_kernels_are_chosen_before_numpy_is_loaded() -> None:
@@ -730,6 +734,7 @@ def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: 
         (lambda: vp.check(SHORT, "verne", settings="x.toml"), "settings: expected Settings or a pathlib.Path, got str"),
         (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths or a folder, as [Path('a.nc')]"),  # type: ignore[arg-type]
         (lambda: vp.batch("p", "verne"), "programs: expected several paths or a folder, as [Path('p')]"),  # type: ignore[arg-type]
+        (lambda: vp.batch([], "verne"), "programs: there is none; the list is empty, or a pattern fits no file"),
         (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str: pass pathlib.Path('a.nc')"),  # type: ignore[list-item]
     ],
 )
@@ -990,6 +995,10 @@ def test_a_name_that_a_result_does_not_have_is_told() -> None:
         (machine, "joints", "Machine has no attribute joints; did you mean columns?"),
         (machine, "qqqq", "Machine has no attribute qqqq"),
         (vp.Page("", ()), "htm", "Page has no attribute htm; did you mean html?"),
+        (vp.Page("", ()), "save", "Page has no attribute save; did you mean write?"),
+        (api.BatchRow(Path("a"), result), "summary", "BatchRow has no attribute summary; did you mean result.summary?"),
+        (vp.Verification(), "errors", "Verification has no attribute errors; did you mean findings?"),
+        (vp, "compare", "module 'verne_post' has no attribute 'compare'; did you mean make_report(..., versus=...)?"),
     )
     for thing, name, said in told:
         with pytest.raises(AttributeError) as raised:

@@ -438,7 +438,9 @@ def fit(
     return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
 
-@explain_names()
+@explain_names(
+    **{name: f"result.{name}" for name in ("summary", "setpoints", "verdict", "errors", "warnings", "causes")}
+)
 class BatchRow(Struct, frozen=True):
     """What became of one program of a batch.
 
@@ -457,6 +459,14 @@ class BatchRow(Struct, frozen=True):
     result: Result
     files: tuple[Path, ...] = ()
     called: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether it can run."""
+        return self.result.ok
+
+    def __bool__(self) -> bool:
+        return self.ok
 
     @property
     def status(self) -> int:
@@ -499,7 +509,10 @@ class Batch(Struct, frozen=True):
     @property
     def ok(self) -> bool:
         """Whether all of them can run."""
-        return all(one.result.ok for one in self.programs)
+        return all(one.ok for one in self.programs)
+
+    def __bool__(self) -> bool:
+        return self.ok
 
     def __len__(self) -> int:
         return len(self.programs)
@@ -555,7 +568,7 @@ def batch(
         The machine file or the settings cannot be used.
     UsageError
         Two programs would be written to one file, or a file is there already: rows of another run must not be taken
-        for those of this one. A folder has no programs.
+        for those of this one. There is no program, or none in a folder.
     """
     _check_callable(progress, "progress")
     if isinstance(programs, os.PathLike) and Path(programs).is_dir():
@@ -608,6 +621,8 @@ def _find_programs(programs: Iterable[object], folder: Path | None) -> tuple[lis
             wrong.append(f"no programs in {path}; {LOOKED_FOR}")
         found += (each for each in inside if each[0] not in named and each[0] not in searched)
         searched |= {name for name, _place in inside}
+    if not (found or wrong):
+        wrong.append("there is none; the list is empty, or a pattern fits no file")
     if wrong:
         raise UsageError("programs", "; ".join(wrong))
     return found, named
@@ -648,7 +663,7 @@ def _write_rows(program: Path, result: Result, target: Path | None) -> BatchRow:
     return BatchRow(program, dataclasses.replace(result, setpoints=None), tuple(files))
 
 
-@explain_names()
+@explain_names(**dict.fromkeys(("save", "to_html", "to_file"), "write"))
 class Page(Struct, frozen=True):
     """A report as a separate page.
 
@@ -662,6 +677,14 @@ class Page(Struct, frozen=True):
     html: str
     findings: tuple[Finding, ...]
     text: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the program can run; of two programs both."""
+        return find_exit_status(self.findings) == ExitStatus.CLEAN
+
+    def __bool__(self) -> bool:
+        return self.ok
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write it to a file."""

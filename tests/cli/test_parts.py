@@ -249,7 +249,7 @@ def test_cuts_must_be_at_the_stops(job: Path, run: Callable[..., Any]) -> None:
     Path("two.index.json").write_text(json.dumps({**index, "parts": index["parts"][:1]}))
     answer = run("verify", "two.index.json", "--against", "two.nc", *PLACE, "--split-at-stops")
     assert answer.code == 2
-    assert "1 parts, and the program has 2 stops" in answer.err
+    assert "1 part, and the program has 2 stops" in answer.err
     Path("two.index.json").write_text(json.dumps({"parts": [{"file": "a\u0000"}] * 3}))
     assert run("verify", "two.index.json", "--against", "two.nc", *PLACE, "--split-at-stops").code == 2
 

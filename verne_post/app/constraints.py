@@ -61,7 +61,7 @@ def _name_plane(program: Program, item: Finding) -> Finding:
     """
     moves, rotary = program.moves, list(program.machine.coordinates.rotary)
     if (turn := find_plane(moves, program.machine, item, item.line or 0)) is not None:
-        return dataclasses.replace(item, plane=_refer_to(moves, turn[0]))
+        return dataclasses.replace(item, plane=_make_plane(moves, turn[0]))
     if item.code != "VP210":
         return item
     row = int(np.flatnonzero(moves.line == (item.worst_line or item.line or 0))[-1:].sum())
@@ -71,10 +71,10 @@ def _name_plane(program: Program, item: Finding) -> Finding:
     angles = (f"{AXES[axis]}{format_number(float(moves.end[row, axis]), 4)}" for axis in rotary)
     where = moves.called_lines.name_line(plane.own_line)
     text = f"; the plane of {plane.word} in {where} turns the table to {' '.join(angles)}"
-    return dataclasses.replace(item, message=item.message + text, plane=_refer_to(moves, plane))
+    return dataclasses.replace(item, message=item.message + text, plane=_make_plane(moves, plane))
 
 
-def _refer_to(moves: Moves, plane: PlaneCall) -> TurnedPlane:
+def _make_plane(moves: Moves, plane: PlaneCall) -> TurnedPlane:
     return TurnedPlane(plane.word, moves.called_lines.show(plane.line))
 
 

@@ -25,7 +25,7 @@ class BlockTime(Struct, frozen=True):
     reason: str  #: The limit that was nearest for most of what it takes longer, as in ``Verification.slow``.
 
 
-@explain_names()
+@explain_names(**dict.fromkeys(("verdict", "summary"), "text"), errors="findings", causes="findings")
 @dataclass(repr=False)
 class Verification:
     """The result of verifying a setpoint file.

@@ -12,6 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.bounded import read_bounded
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
@@ -186,7 +187,8 @@ def read_parts(
         before it ended.
     """
     if len(parts) != len(stop_lines) + 1:
-        raise make_input_error("VP020", f"{name}: {len(parts)} parts, and the program has {len(stop_lines)} stops")
+        has = f"{format_count(len(parts), 'part')}, and the program has {format_count(len(stop_lines), 'stop')}"
+        raise make_input_error("VP020", f"{name}: {has}")
     first, last = 0, None
     for number, (part, open_text) in enumerate(parts):
         begin, line = first, None
