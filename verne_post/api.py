@@ -801,7 +801,7 @@ def _read(source: object, what: str) -> Text:
         return strip_mark(source)
     if isinstance(source, LongText):
         return source
-    kinds = "Setpoints, bytes" if what == "setpoints" else "bytes"
+    kinds = "Setpoints, a list of them, bytes" if what == "setpoints" else "bytes"
     inside = "; pass its read()" if hasattr(source, "read") else ""
     inside = "; pass its setpoints" if what == "setpoints" and isinstance(source, Result) else inside
     raise UsageError(what, f"expected {kinds}, text or a path, got {type(source).__name__}{inside}")
@@ -848,6 +848,7 @@ def _open_setpoints(setpoints: SetpointsLike) -> tuple[str, Callable[[Program], 
     """What setpoints are called, and what reads their rows: those of one file, or of all parts of a program."""
     name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
     if _is_index(setpoints):
+        _read(setpoints, "setpoints")  # a file that is not there is a wrong call
         return name, lambda program: read_all_parts(program, name, open_parts(Path(setpoints)))
     if isinstance(setpoints, list | tuple):
         texts = [

@@ -315,6 +315,7 @@ def test_python_writes_the_parts_of_the_command(job: Path, run: Callable[..., An
     files, given = [Path(name) for name in FILES], (Path("two.nc"), "verne", options)
     whole_ones = (rows, rows.split(), files, Path("two.index.json"))
     assert [vp.verify(one, *given).text.partition(" passes: ")[2] for one in whole_ones].count("") == 0
+    assert vp.verify(Path("two.index.json"), PROGRAM, "verne", options)  # a text has no name that may differ
     for named, parts in (("setpoints", rows.split()), ("two.{}.csv", files)):
         for number, part in enumerate(parts, start=1):  # as the command says of a part alone, exit status 3
             alone = vp.verify(part, *given)
@@ -325,6 +326,12 @@ def test_python_writes_the_parts_of_the_command(job: Path, run: Callable[..., An
     for wrong, said in ((files[:2], "2 parts, and the program has 2 stops"), (files[::-1], "two.3.csv: ends in line")):
         with pytest.raises(vp.InputError, match=said):
             vp.verify(wrong, *given)
+    for none, said in (
+        (Path("none.index.json"), "none.index.json: No such file"),
+        (iter(files), "a list of them, bytes"),
+    ):
+        with pytest.raises(vp.UsageError, match=said):
+            vp.verify(none, *given)  # type: ignore[arg-type]
     # a program that never stops is one part, the whole
     whole = vp.convert("G21 G90\nG0 X0 Y0 Z20 A0 C0\nX5\nM2\n", "verne", vp.Options(tool_length=80)).setpoints
     assert whole is not None

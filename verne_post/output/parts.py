@@ -18,6 +18,7 @@ from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 from verne_post.model.machine import Column
 from verne_post.model.moves import Event
+from verne_post.model.options import OPTIONS
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
 from verne_post.output.rounding import choose_time_decimals
@@ -27,6 +28,8 @@ from verne_post.output.setpoints import read_csv
 PartText = tuple[str, Callable[[], IO[str]]]
 #: What a program from a pipe is called.
 STDIN: Final = "<stdin>"
+#: What programs without a name are called: from a pipe, or as text in Python.
+_NAMELESS: Final = frozenset({STDIN, OPTIONS["source_name"].default()})
 _FOLDERS: Final = re.compile(r"[/\\]")
 #: Characters of a value that a message shows.
 _SHOWN: Final = 120
@@ -67,11 +70,12 @@ def compare_index(
 ) -> list[Finding]:
     """Report as VP414 each field of an index that a conversion would write otherwise.
 
-    Files may have other names, and the program may be in another folder, or come from a pipe, where it has no name.
+    Files may have other names, and the program may be in another folder. It has no name from a pipe, and as text in
+    Python.
     """
     index = _read_index(path)
     written, name = str(index.get("program")), _FOLDERS.split(program)[-1]
-    if STDIN in (written, program) or _FOLDERS.split(written)[-1] == name:
+    if not _NAMELESS.isdisjoint((written, program)) or _FOLDERS.split(written)[-1] == name:
         name = written
     files = [part["file"] for part in index["parts"]]
     right = json.loads(format_json(_make_index(name, cycle, files, rows, events), 2))
