@@ -521,7 +521,7 @@ def test_two_lengths_of_one_tool_are_refused() -> None:
 def test_rows_that_are_none_are_told() -> None:
     with pytest.raises(vp.UsageError, match="None: a result has setpoints where convert made them"):
         vp.verify(None, SHORT, "verne")  # type: ignore[arg-type]
-    with pytest.raises(vp.UsageError, match="expected Setpoints, bytes, text or a path, got int"):
+    with pytest.raises(vp.UsageError, match="expected Setpoints, a list of them, bytes, text or a path, got int"):
         vp.verify(3, SHORT, "verne")  # type: ignore[arg-type]
 
 
