@@ -111,7 +111,8 @@ verne-post: please report it.
 A notebook shows results, findings and setpoints as tables. `to_pandas()` and `to_polars()` need the extras `pandas` and
 `polars` ([install](install.md)).
 
-What `check`, `convert`, `verify` and `machined` return is true exactly if it is `ok`: `if result:` is `if result.ok:`.
+What `check`, `convert`, `verify`, `machined`, `batch` and `make_report` return is true exactly if it is `ok`:
+`if result:` is `if result.ok:`.
 Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see what the commands print:
 `print(result.summary)`.
 

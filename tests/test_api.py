@@ -65,6 +65,10 @@ def test_what_is_not_ok_is_false() -> None:
     rows = good.setpoints.to_csv()
     assert vp.verify(rows, SHORT, "verne", OPTIONS)
     assert not vp.verify(rows, SHORT.replace("X10", "X9"), "verne", OPTIONS)
+    for result in (good, refused):  # of several programs, and of a page, too
+        row = api.BatchRow(Path("a.nc"), result)
+        for thing in (row, vp.Batch((row, api.BatchRow(Path("b.nc"), good))), vp.Page("", result.findings)):
+            assert (bool(thing), thing.ok) == (result.ok, result.ok)
 
 
 def test_kernels_are_chosen_before_numpy_is_loaded() -> None:
@@ -293,6 +297,16 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
     assert ["MILL" in one.unchecked for one in (without, told)] == [True, False]
 
 
+@pytest.mark.parametrize("name", ["T1", "t01"])
+def test_a_tool_number_as_a_name_is_told_with_the_number(name: str) -> None:
+    """As [tools] of a set-up does; Siemens calls a tool of this name by it."""
+    given = vp.Options(tools={name: 80}, wcs={"G54": (0, 0, 60)})
+    (finding,) = vp.check("G21 G90\nT1 M6\nG43 H1 G0 X0 Y0 Z50 A0 C0\nM2\n", options=given).errors
+    assert finding.message == f'tool 1: there is no tool 1, and "{name}" is the name of one; write tools={{1: MM}}'
+    siemens = f'G17 G90 G71 G54\nT="{name}" M6\nD1 G0 X0 Y0 Z50 A0 C0\nG1 X5 F600\nM30\n'
+    assert vp.check(siemens, options=given)
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [
@@ -308,7 +322,7 @@ def test_a_tool_is_given_by_its_name(tmp_path: Path) -> None:
         (lambda: vp.check(io.BytesIO(b"M2")), r"source: .*got BytesIO; pass its read\(\)"),  # type: ignore[arg-type]
         (lambda: vp.verify(vp.check(SHORT), SHORT), "setpoints: .*got Result; pass its setpoints"),  # type: ignore[arg-type]
         (lambda: vp.make_report(SHORT, versus=5), "versus: expected bytes, text or a path"),  # type: ignore[arg-type]
-        (lambda: vp.batch(None), "programs: expected several paths, got NoneType"),  # type: ignore[arg-type]
+        (lambda: vp.batch(None), "programs: expected several paths or a folder, got NoneType"),  # type: ignore[arg-type]
         (lambda: vp.batch([], folder=Path(__file__)), "folder: .*expected a pathlib.Path of a folder"),
         (lambda: vp.machined("", SHORT, nominal=b"", distance="1 mm"), "distance: '1 mm': expected mm, 0 or more"),  # type: ignore[arg-type]
         (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[Path("a")]), "fixtures: .*'G54'"),  # type: ignore[list-item]
@@ -377,8 +391,34 @@ def test_words_after_an_option_are_values_only_where_they_may_be() -> None:
         ("(--maximise margin).", '(aim="margin").'),
         ("the --from and --to of", "the approach and departure of"),
         ("a--wcs b; --wcs-x --meta", "a--wcs b; --wcs-x --meta"),
+        # settings of a control, wherever a file would have them
+        ('[fanuc] a = "b" or "c" in verne-post.toml', 'control={"fanuc": {"a": "b"}} or "c"'),
+        (
+            '[fanuc] a = "b" (1 mm) or "c" (2 mm) in the settings file',
+            'control={"fanuc": {"a": "b"}} (1 mm) or "c" (2 mm)',
+        ),
+        ('[fanuc] a = "b", "c" or "d" in the settings file, or I', 'control={"fanuc": {"a": "b"}}, "c" or "d", or I'),
+        ('a = "b" or "c" under [aptcl] of the settings file', 'control={"aptcl": {"a": "b"}} or "c"'),
+        ("F into start under [siemens] of the settings file", 'F into control={"siemens": {"start": VALUE}}'),
+        ("under [aptcl.pitches] of the settings file", 'in control={"aptcl": {"pitches": {NAME: VALUE}}}'),
+        ('[fanuc] a = "b"; c in the settings file', 'control={"fanuc": {"a": "b"}}; c in the settings file'),
+        ('correct G54 or [stock]; system = "G54" under [stock]', 'correct G54 or stock; system = "G54" in stock'),
     ):
         assert name_in_python(said) == meant
+
+
+def test_no_message_sends_python_to_a_file_of_settings() -> None:
+    """Every text of a language that says where a setting belongs; what is computed in it stands for a control."""
+    place = re.compile(r"\b(?:in|under \S+ of) (?:verne-post\.toml|the settings file)")
+    for path in (ROOT / "verne_post" / "gcode").rglob("*.py"):
+        text = path.read_text("utf-8")
+        nodes = list(ast.walk(ast.parse(text))) if "settings file" in text or "verne-post.toml" in text else []
+        inside = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
+        inside |= {id(node.value) for node in nodes if isinstance(node, ast.Expr)}  # docstrings
+        for node in nodes:
+            parts = node.values if isinstance(node, ast.JoinedStr) else [node] if id(node) not in inside else []
+            said = "".join(str(part.value) if isinstance(part, ast.Constant) else "aptcl" for part in parts)
+            assert not (place.search(said) and place.search(name_in_python(said))), said
 
 
 #: Options of commands that the Python API has no argument for: it does not do what they do.
@@ -481,7 +521,7 @@ def test_two_lengths_of_one_tool_are_refused() -> None:
 def test_rows_that_are_none_are_told() -> None:
     with pytest.raises(vp.UsageError, match="None: a result has setpoints where convert made them"):
         vp.verify(None, SHORT, "verne")  # type: ignore[arg-type]
-    with pytest.raises(vp.UsageError, match="expected Setpoints, bytes, text or a path, got int"):
+    with pytest.raises(vp.UsageError, match="expected Setpoints, a list of them, bytes, text or a path, got int"):
         vp.verify(3, SHORT, "verne")  # type: ignore[arg-type]
 
 
@@ -692,8 +732,9 @@ def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: 
     [
         (lambda: vp.read_settings(3), "path: expected the name of a file, got int"),  # type: ignore[arg-type]
         (lambda: vp.check(SHORT, "verne", settings="x.toml"), "settings: expected Settings or a pathlib.Path, got str"),
-        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths, as [Path('a.nc')]"),  # type: ignore[arg-type]
-        (lambda: vp.batch(Path("/"), "verne"), """several paths, as sorted(Path('/').glob("*.nc"))"""),  # type: ignore[arg-type]
+        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths or a folder, as [Path('a.nc')]"),  # type: ignore[arg-type]
+        (lambda: vp.batch("p", "verne"), "programs: expected several paths or a folder, as [Path('p')]"),  # type: ignore[arg-type]
+        (lambda: vp.batch([], "verne"), "programs: there is none; the list is empty, or a pattern fits no file"),
         (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str: pass pathlib.Path('a.nc')"),  # type: ignore[list-item]
     ],
 )
@@ -731,7 +772,35 @@ def test_a_batch_writes_what_can_run_and_tells_of_the_others(part: Path) -> None
     with pytest.raises(vp.UsageError, match="is there already"):
         vp.batch([part], "verne", options, out)
     with pytest.raises(vp.UsageError, match="two programs have this name"):
-        vp.batch([part, part.with_suffix(".ngc")], "verne", options, part.with_name("new"))
+        vp.batch([part, part.parent / "other" / part.name], "verne", options, part.with_name("new"))
+
+
+def test_a_batch_of_a_folder_is_that_of_the_command(part: Path, run: Callable[..., Any]) -> None:
+    """Its structure, names that two programs share, and the subprogram that another program executes."""
+    top = part.parent / "p"
+    (top / "sub").mkdir(parents=True)
+    (top / "main.nc").write_text(SHORT.replace("G1 X10", "G1 X10\nO<hole> CALL"), "utf-8")
+    (top / "hole.ngc").write_text("O<hole> SUB\nG1 X5\nO<hole> ENDSUB\n", "utf-8")
+    for name in ("part.nc", "part.tap"):
+        (top / "sub" / name).write_text(SHORT, "utf-8")
+    options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}, cycle=0.004)
+    given = ("--tool-length", 80, "--wcs", "G54=0,0,60", "--cycle", 0.004, "-j", 1)
+    told = run("batch", top, "-o", part.with_name("out"), *given)
+    done = vp.batch(top, "verne", options, part.with_name("own"))
+    assert (told.code, done.ok) == (0, True)
+    written = [
+        sorted(one.relative_to(folder) for one in folder.rglob("*.csv"))
+        for folder in map(part.with_name, ("out", "own"))
+    ]
+    assert written[0] == written[1] == [Path("main.csv"), Path("sub/part.nc.csv"), Path("sub/part.tap.csv")]
+    said = f"not checked alone: {top / 'hole.ngc'}, called by {top / 'main.nc'}"
+    assert all(said in text for text in (told.err, repr(done), done._repr_html_()))
+    assert done[0].called == (str(top / "hole.ngc"),)
+    named = vp.batch([top, top / "hole.ngc"], "verne", options)  # what is named is converted
+    assert [one.program.name for one in named] == ["hole.ngc", "main.nc", "part.nc", "part.tap"]
+    (part.parent / "empty").mkdir()
+    with pytest.raises(vp.UsageError, match=r"no programs in .*empty; looked for \.nc"):
+        vp.batch([part.parent / "empty"], "verne", options)
 
 
 def test_a_report_is_the_page_of_the_command(part: Path, run: Callable[..., Any]) -> None:
@@ -926,6 +995,10 @@ def test_a_name_that_a_result_does_not_have_is_told() -> None:
         (machine, "joints", "Machine has no attribute joints; did you mean columns?"),
         (machine, "qqqq", "Machine has no attribute qqqq"),
         (vp.Page("", ()), "htm", "Page has no attribute htm; did you mean html?"),
+        (vp.Page("", ()), "save", "Page has no attribute save; did you mean write?"),
+        (api.BatchRow(Path("a"), result), "summary", "BatchRow has no attribute summary; did you mean result.summary?"),
+        (vp.Verification(), "errors", "Verification has no attribute errors; did you mean findings?"),
+        (vp, "compare", "module 'verne_post' has no attribute 'compare'; did you mean make_report(..., versus=...)?"),
     )
     for thing, name, said in told:
         with pytest.raises(AttributeError) as raised:

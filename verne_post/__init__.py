@@ -83,6 +83,13 @@ _NAMES = {
 #: Public name -> module that defines it.
 _HOME = {name: f"verne_post.{module}" for module, names in _NAMES.items() for name in names.split()}
 
+#: What people look for by a command or by another word -> the call that does it.
+_DONE_BY = {
+    "compare": "make_report(..., versus=...)",
+    "stream": "convert(..., sink=...)",
+    "split": "setpoints.split()",
+}
+
 __all__ = [
     "Batch", "Box", "Cylinder", "Explanation", "Finding", "FixtureMesh", "InputError", "Machine", "Machined",
     "NominalPart", "Options", "OwnStock", "Page", "Proposal", "Result", "SetpointBlock", "Setpoints", "Settings",
@@ -109,6 +116,6 @@ def __getattr__(name: str) -> object:
         slip = find_meant(name, names, slip_alone=True)
         parts = [one for one in names if name.lower() in one.lower().split("_")]  # report: make_report
         ends = [one for one in names if name.rpartition("_")[2] == one.rpartition("_")[2]]  # load_settings
-        meant = next(filter(None, (*parts, slip, *ends)), "") or find_meant(name, names)
+        meant = _DONE_BY.get(name) or next(filter(None, (*parts, slip, *ends)), "") or find_meant(name, names)
         near = f"; did you mean {meant}?" if meant else ""
     raise AttributeError(f"module 'verne_post' has no attribute {name!r}{near}")

@@ -14,8 +14,9 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeGuard, get_args
 
 import numpy as np
 from msgspec import Struct
@@ -23,14 +24,15 @@ from msgspec.structs import replace
 
 from verne_post import config
 from verne_post.app.assemble import Program, assemble
+from verne_post.app.called_files import drop_called
 from verne_post.app.convert import check_source, convert_source
 from verne_post.app.explain import Explanation, explain_refused, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
+from verne_post.app.program_folders import LOOKED_FOR, choose_names, find_programs_inside
 from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
-from verne_post.app.row_format import find_drives
-from verne_post.app.verify import verify_setpoints
+from verne_post.app.verify import judge_part, read_all_parts, read_rows, verify_index, verify_setpoints
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
@@ -50,16 +52,16 @@ from verne_post.model.verification import Verification
 from verne_post.output.batch_table import count_results, format_batch, make_batch_rows
 from verne_post.output.commands import find_run
 from verne_post.output.findings import (
+    Report,
     choose_remedy,
     describe_remedy,
-    describe_unchecked,
     format_finding,
     format_outcome,
+    list_unchecked,
 )
 from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
-from verne_post.output.parts import name_part
-from verne_post.output.setpoints import read_csv
+from verne_post.output.parts import find_index, name_part, open_parts
 from verne_post.output.summary import format_verdict
 from verne_post.part.stl import read_stl
 from verne_post.part.verdict import Datum, Machined
@@ -67,6 +69,8 @@ from verne_post.toolpath.work_offset import Aim, Proposal
 
 #: A program: its bytes, its text, or where its file is.
 Source = bytes | str | os.PathLike[str]
+#: Rows: what convert returned, a setpoint file, or all parts of a program.
+SetpointsLike = Setpoints | Source | Sequence[Setpoints | Source]
 #: A text of one word that no language reads, and that ends as names of files do.
 _FILE_NAME = re.compile(r"\s*[^\s;()]+\.[A-Za-z]+\s*")
 #: A machine, its name, or where its file is.
@@ -262,7 +266,7 @@ def _list_findings(line: int, error: InputError, name: str) -> Explanation:
 
 @translate_messages
 def verify(
-    setpoints: Setpoints | Source,
+    setpoints: SetpointsLike,
     source: Source,
     machine: MachineLike | None = None,
     options: Options | None = None,
@@ -274,8 +278,9 @@ def verify(
 
     Parameters
     ----------
-    setpoints : Setpoints, bytes, str or path
-        What :func:`convert` returned, or the text or file of a setpoint CSV.
+    setpoints : Setpoints, bytes, str or path, or a list of them
+        What :func:`convert` returned, or the text or file of a setpoint CSV. Of a program with parts, a list of all,
+        or the index that the command writes. Of one part alone not all is checked: ``unchecked`` says what.
     source, machine, options, setup, settings
         Those of the conversion.
 
@@ -284,21 +289,28 @@ def verify(
     InputError
         The file or the program cannot be read.
     """
-    rows = _decode_setpoints(setpoints)
+    name, read_blocks = _open_setpoints(setpoints)
     text, chosen, read = _read_program(source, options, setup, settings)
     loaded = _load_machine(machine, read)
     program = assemble(text, loaded, chosen)
-    name, blocks = _read_setpoints(setpoints, rows, program)
-    verdict = verify_setpoints(program, blocks)
-    passes = find_exit_status(verdict.findings) == ExitStatus.CLEAN
+    if _is_index(setpoints):
+        verdict = verify_index(program, Path(setpoints))
+    else:
+        verdict = verify_setpoints(program, read_blocks(program), split=isinstance(setpoints, list | tuple))
+    verdict = judge_part(name, verdict, *_find_place(setpoints))
     lines = [format_finding(chosen.source_name, item) for item in verdict.findings]
-    verdict.text = "\n".join([*lines, format_verdict(name, verdict, loaded, passes=passes)])
+    if verdict.unchecked:
+        lines.append(f"{verdict.unchecked} Verify all parts together: give the index, as axes.index.json.")
+    else:
+        passes = find_exit_status(verdict.findings) == ExitStatus.CLEAN
+        lines.append(format_verdict(name, verdict, loaded, passes=passes))
+    verdict.text = "\n".join(lines)
     return verdict
 
 
 @translate_messages
 def machined(
-    setpoints: Setpoints | Source,
+    setpoints: SetpointsLike,
     source: Source,
     machine: MachineLike | None = None,
     options: Options | None = None,
@@ -320,8 +332,8 @@ def machined(
 
     Parameters
     ----------
-    setpoints : Setpoints, bytes, str or path
-        What :func:`convert` returned, or the text or file of a setpoint CSV.
+    setpoints : Setpoints, bytes, str or path, or a list of them
+        As for :func:`verify`.
     source, machine, options, setup, settings
         Those of the conversion; ``tool_shapes`` has the cutters.
     nominal : bytes or path
@@ -370,8 +382,8 @@ def machined(
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
     text, chosen, read = _read_program(source, options, setup, settings)
     program = assemble(text, _load_machine(machine, read), chosen)
-    shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
-    rows = list(blocks)
+    shown_rows, read_blocks = _open_setpoints(setpoints)
+    rows = list(read_blocks(program))
     if not rows:
         raise make_input_error("VP020", "the setpoint file has no rows")
     factor = np.array([column.factor for column in program.machine.columns])
@@ -426,7 +438,9 @@ def fit(
     return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
 
-@explain_names()
+@explain_names(
+    **{name: f"result.{name}" for name in ("summary", "setpoints", "verdict", "errors", "warnings", "causes")}
+)
 class BatchRow(Struct, frozen=True):
     """What became of one program of a batch.
 
@@ -437,11 +451,22 @@ class BatchRow(Struct, frozen=True):
         Without its rows, where they were written.
     files : tuple of Path
         What was written; one for each part between stops.
+    called : tuple of str
+        Files of the folder that this program calls, and that have no row of their own.
     """
 
     program: Path
     result: Result
     files: tuple[Path, ...] = ()
+    called: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether it can run."""
+        return self.result.ok
+
+    def __bool__(self) -> bool:
+        return self.ok
 
     @property
     def status(self) -> int:
@@ -476,7 +501,7 @@ class Batch(Struct, frozen=True):
     Attributes
     ----------
     programs : tuple of BatchRow
-        ``program``, ``result`` and ``files`` of each, in the given order.
+        ``program``, ``result``, ``files`` and ``called`` of each, in the given order; those of a folder by name.
     """
 
     programs: tuple[BatchRow, ...]
@@ -484,7 +509,10 @@ class Batch(Struct, frozen=True):
     @property
     def ok(self) -> bool:
         """Whether all of them can run."""
-        return all(one.result.ok for one in self.programs)
+        return all(one.ok for one in self.programs)
+
+    def __bool__(self) -> bool:
+        return self.ok
 
     def __len__(self) -> int:
         return len(self.programs)
@@ -496,7 +524,7 @@ class Batch(Struct, frozen=True):
         return iter(self.programs)
 
     def _list_unchecked(self) -> list[str]:
-        return describe_unchecked([one.result.unchecked for one in self.programs])
+        return list_unchecked([_report_row(one, one.called) for one in self.programs])
 
     def __repr__(self) -> str:
         return "\n".join([format_batch(self.programs).rstrip("\n"), *self._list_unchecked()])
@@ -508,7 +536,7 @@ class Batch(Struct, frozen=True):
 
 @translate_messages
 def batch(
-    programs: Iterable[os.PathLike[str]],
+    programs: Iterable[os.PathLike[str]] | os.PathLike[str],
     machine: MachineLike | None = None,
     options: Options | None = None,
     folder: os.PathLike[str] | None = None,
@@ -523,12 +551,14 @@ def batch(
 
     Parameters
     ----------
-    programs : iterable of path
-        As ``Path("programs").glob("*.nc")``.
+    programs : path or iterable of path
+        Files, and folders that are searched, as ``Path("programs")``. A subprogram of a folder that is refused alone,
+        and that another program executes, has no row: it is in ``called`` of that one.
     machine, options, setup, settings
         As for :func:`convert`, for all of them.
     folder : path, optional
-        Where rows are written, ``part.csv`` of ``part.nc``; without it each result keeps its own.
+        Where rows are written, ``part.csv`` of ``part.nc``, in the structure of a folder that is searched; without it
+        each result keeps its own.
     progress : callable, optional
         Called with ("programs", done, total).
 
@@ -538,21 +568,24 @@ def batch(
         The machine file or the settings cannot be used.
     UsageError
         Two programs would be written to one file, or a file is there already: rows of another run must not be taken
-        for those of this one.
+        for those of this one. There is no program, or none in a folder.
     """
     _check_callable(progress, "progress")
+    if isinstance(programs, os.PathLike) and Path(programs).is_dir():
+        programs = [programs]
     if isinstance(programs, str | bytes | os.PathLike):
         one = f"Path({os.fsdecode(programs)!r})"
-        several = f'sorted({one}.glob("*.nc"))' if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
-        raise UsageError("programs", f"expected several paths, as {several}")
+        several = one if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
+        raise UsageError("programs", f"expected several paths or a folder, as {several}")
     if not isinstance(programs, Iterable):
-        raise UsageError("programs", f"expected several paths, got {type(programs).__name__}")
+        raise UsageError("programs", f"expected several paths or a folder, got {type(programs).__name__}")
     if folder is not None and (not isinstance(folder, str | os.PathLike) or Path(folder).is_file()):
         raise UsageError("folder", f"{folder!r}: expected a pathlib.Path of a folder")
-    paths = [Path(_require_path(one)) for one in programs]
+    found, named = _find_programs(programs, None if folder is None else Path(folder))
     read = take_settings(settings)
     loaded = _load_machine(machine, read)
-    targets = [None if folder is None else Path(folder, path.with_suffix(".csv").name) for path in paths]
+    paths = [Path(name) for name, _place in found]
+    targets = [None if folder is None else Path(folder, name) for name in choose_names(found, ".csv")]
     _refuse_files(targets)
     rows = []
     for path, target in zip(paths, targets, strict=True):
@@ -565,7 +598,39 @@ def batch(
         rows.append(_write_rows(path, result, target))
         if progress is not None:
             progress("programs", len(rows), len(paths))
-    return Batch(tuple(rows))
+    reports = {str(one.program): _report_row(one, one.result.called_files) for one in rows}
+    kept = drop_called(reports, named, lambda _name: read)
+    left = (one for one in rows if str(one.program) in kept)
+    return Batch(tuple(replace(one, called=kept[str(one.program)].called) for one in left))
+
+
+def _find_programs(programs: Iterable[object], folder: Path | None) -> tuple[list[tuple[str, Path]], set[str]]:
+    """Every program, and its place in the structure of its folder; and those that are named, each by itself."""
+    found: list[tuple[str, Path]] = []
+    named: set[str] = set()
+    searched: set[str] = set()
+    wrong: list[str] = []
+    for one in programs:
+        path = Path(_require_path(one))
+        if not path.is_dir():
+            found += [] if str(path) in searched else [(str(path), Path(path.name))]
+            named.add(str(path))
+            continue
+        inside = find_programs_inside(path, folder, wrong)
+        if not inside:
+            wrong.append(f"no programs in {path}; {LOOKED_FOR}")
+        found += (each for each in inside if each[0] not in named and each[0] not in searched)
+        searched |= {name for name, _place in inside}
+    if not (found or wrong):
+        wrong.append("there is none; the list is empty, or a pattern fits no file")
+    if wrong:
+        raise UsageError("programs", "; ".join(wrong))
+    return found, named
+
+
+def _report_row(row: BatchRow, called: tuple[str, ...]) -> Report:
+    """The facts of a row as reports have them."""
+    return Report(str(row.program), row.findings, unchecked=row.result.unchecked, called=called)
 
 
 def _require_path(given: object) -> str:
@@ -590,7 +655,7 @@ def _write_rows(program: Path, result: Result, target: Path | None) -> BatchRow:
     """A program of a batch with its rows in files, one for each part between stops."""
     if target is None or result.setpoints is None:
         return BatchRow(program, result)
-    parts = result.setpoints.split() if result.setpoints.cuts else (result.setpoints,)
+    parts = result.setpoints.split()
     files = [target] if len(parts) == 1 else [name_part(target, number) for number in range(1, len(parts) + 1)]
     target.parent.mkdir(parents=True, exist_ok=True)
     for file, part in zip(files, parts, strict=True):
@@ -598,7 +663,7 @@ def _write_rows(program: Path, result: Result, target: Path | None) -> BatchRow:
     return BatchRow(program, dataclasses.replace(result, setpoints=None), tuple(files))
 
 
-@explain_names()
+@explain_names(**dict.fromkeys(("save", "to_html", "to_file"), "write"))
 class Page(Struct, frozen=True):
     """A report as a separate page.
 
@@ -612,6 +677,14 @@ class Page(Struct, frozen=True):
     html: str
     findings: tuple[Finding, ...]
     text: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the program can run; of two programs both."""
+        return find_exit_status(self.findings) == ExitStatus.CLEAN
+
+    def __bool__(self) -> bool:
+        return self.ok
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write it to a file."""
@@ -708,7 +781,7 @@ def _name_result(result: Result, source: Source, options: Options | None, machin
     return dataclasses.replace(result, program=program, machine="" if machine is None else machine.name)
 
 
-def _read(source: Source, what: str) -> Text:
+def _read(source: object, what: str) -> Text:
     """Bytes of a text, or of a file."""
     if isinstance(source, os.PathLike):
         try:
@@ -728,7 +801,7 @@ def _read(source: Source, what: str) -> Text:
         return strip_mark(source)
     if isinstance(source, LongText):
         return source
-    kinds = "Setpoints, bytes" if what == "setpoints" else "bytes"
+    kinds = "Setpoints, a list of them, bytes" if what == "setpoints" else "bytes"
     inside = "; pass its read()" if hasattr(source, "read") else ""
     inside = "; pass its setpoints" if what == "setpoints" and isinstance(source, Result) else inside
     raise UsageError(what, f"expected {kinds}, text or a path, got {type(source).__name__}{inside}")
@@ -748,7 +821,7 @@ def _read_mesh(file: object, what: str) -> bytes:
     raise UsageError(what, f"expected bytes or a path, got {type(file).__name__}")
 
 
-def _decode_setpoints(setpoints: Setpoints | Source) -> str:
+def _decode_setpoints(setpoints: SetpointsLike) -> str:
     """The text of a setpoint file."""
     if setpoints is None:
         raise UsageError("setpoints", "None: a result has setpoints where convert made them and result.ok is true")
@@ -759,11 +832,33 @@ def _decode_setpoints(setpoints: Setpoints | Source) -> str:
         raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
 
 
-def _read_setpoints(setpoints: Setpoints | Source, rows: str, program: Program) -> tuple[str, Iterator[SetpointBlock]]:
-    """The name and the rows of a setpoint file."""
+def _is_index(setpoints: SetpointsLike) -> TypeGuard[os.PathLike[str]]:
+    return isinstance(setpoints, os.PathLike) and os.fspath(setpoints).endswith(".index.json")
+
+
+def _find_place(setpoints: SetpointsLike) -> tuple[int, int]:
+    """The number of a part, and how many there are; (1, 1) of rows that are no part of several."""
+    if isinstance(setpoints, Setpoints):
+        return setpoints.part
+    found = find_index(Path(setpoints)) if isinstance(setpoints, os.PathLike) else None
+    return (1, 1) if found is None else found[1:]
+
+
+def _open_setpoints(setpoints: SetpointsLike) -> tuple[str, Callable[[Program], Iterator[SetpointBlock]]]:
+    """What setpoints are called, and what reads their rows: those of one file, or of all parts of a program."""
     name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
-    drives = find_drives(program.machine, program.options)
-    return name, read_csv(io.StringIO(rows), name, program.machine.columns, program.cycle, drives)
+    if _is_index(setpoints):
+        _read(setpoints, "setpoints")  # a file that is not there is a wrong call
+        return name, lambda program: read_all_parts(program, name, open_parts(Path(setpoints)))
+    if isinstance(setpoints, list | tuple):
+        texts = [
+            (str(one) if isinstance(one, os.PathLike) else f"part {number}", _decode_setpoints(one))
+            for number, one in enumerate(setpoints, start=1)
+        ]
+        parts = [(part, partial(io.StringIO, text)) for part, text in texts]
+        return name, lambda program: read_all_parts(program, name, parts)
+    rows = _decode_setpoints(setpoints)
+    return name, lambda program: read_rows(program, name, io.StringIO(rows))
 
 
 def _load_machine(machine: MachineLike | None, read: Settings | None) -> Machine:

@@ -90,13 +90,12 @@ def test_parts_meet_and_rest(job: Path, run: Callable[..., Any], more: tuple[str
     # findings, which are about the parts that are not here, would look like faults of this one
     assert (alone.code, alone.out) == (3, "")
     assert alone.err == (
-        "two.1.csv is one part of a split file. Alone, it is not checked for completeness. Verify all parts together: "
-        f"{spelled}\n"
+        f"two.1.csv is part 1 of 3. Alone, it is not checked for completeness. Verify all parts together: {spelled}\n"
     )
     assert run(*shlex.split(spelled)[1:]).code == 0
     later = run("verify", "two.2.csv", "--against", "two.nc", *PLACE, *more, "--split-at-stops")
     assert later.code == 3
-    assert later.err.startswith("two.2.csv is one part of a split file. Alone, only the limits of its joints are check")
+    assert later.err.startswith("two.2.csv is part 2 of 3. Alone, only the limits of its joints are check")
 
 
 @pytest.mark.parametrize(("part", "codes"), [(1, {"VP401", "VP411"}), (2, {"VP401"})])
@@ -117,7 +116,7 @@ def test_a_part_alone_is_refused_for_what_its_own_rows_do(
     assert codes <= found
     assert "VP412" not in found
     assert (part == 1) or found.isdisjoint({"VP404", "VP411", "VP413"})
-    assert f"two.{part}.csv is one part of a split file." in answer.err
+    assert f"two.{part}.csv is part {part} of 3." in answer.err
     # nor does the part keep what its metadata say to itself
     Path("two.nc").write_text(PROGRAM.replace("F300", "F301"))
     assert "the program is not the one that it was made from" in run(*command, "--meta", "two.json").err
@@ -204,6 +203,7 @@ def test_damaged_parts_are_found(job: Path, run: Callable[..., Any], damage: str
     # one part is not all, and without an index nothing says that it is one
     alone = run("verify", "two.1.csv", "--against", "two.nc", *PLACE, "--split-at-stops")
     assert alone.code == (1 if damage == "not an index" else 3)
+    assert ("if these are rows of one part, verify all parts together" in alone.err) == (alone.code == 1)
 
 
 # --- what a hostile reader found ---------------------------------------------------------------------------
@@ -249,7 +249,7 @@ def test_cuts_must_be_at_the_stops(job: Path, run: Callable[..., Any]) -> None:
     Path("two.index.json").write_text(json.dumps({**index, "parts": index["parts"][:1]}))
     answer = run("verify", "two.index.json", "--against", "two.nc", *PLACE, "--split-at-stops")
     assert answer.code == 2
-    assert "1 parts, and the program has 2 stops" in answer.err
+    assert "1 part, and the program has 2 stops" in answer.err
     Path("two.index.json").write_text(json.dumps({"parts": [{"file": "a\u0000"}] * 3}))
     assert run("verify", "two.index.json", "--against", "two.nc", *PLACE, "--split-at-stops").code == 2
 
@@ -312,7 +312,26 @@ def test_python_writes_the_parts_of_the_command(job: Path, run: Callable[..., An
     assert not (job / "all.csv").exists()
     assert repr(rows).endswith(f"{len(rows)} rows in 3 parts")
     assert [part.to_csv() for part in rows.split()] == [(job / name).read_text("utf-8") for name in FILES]
-    assert vp.verify(rows, Path("two.nc"), "verne", options).ok
+    files, given = [Path(name) for name in FILES], (Path("two.nc"), "verne", options)
+    whole_ones = (rows, rows.split(), files, Path("two.index.json"))
+    assert [vp.verify(one, *given).text.partition(" passes: ")[2] for one in whole_ones].count("") == 0
+    assert vp.verify(Path("two.index.json"), PROGRAM, "verne", options)  # a text has no name that may differ
+    for named, parts in (("setpoints", rows.split()), ("two.{}.csv", files)):
+        for number, part in enumerate(parts, start=1):  # as the command says of a part alone, exit status 3
+            alone = vp.verify(part, *given)
+            assert (alone.ok, list(alone.findings)) == (False, [])
+            assert alone.unchecked.startswith(f"{named.format(number)} is part {number} of 3. Alone, ")
+            assert alone.text.endswith("Verify all parts together: give verify their index, or a list of them.")
+    assert "if these are rows of one part" in vp.verify(files[1].read_bytes(), *given).text
+    for wrong, said in ((files[:2], "2 parts, and the program has 2 stops"), (files[::-1], "two.3.csv: ends in line")):
+        with pytest.raises(vp.InputError, match=said):
+            vp.verify(wrong, *given)
+    for none, said in (
+        (Path("none.index.json"), "none.index.json: No such file"),
+        (iter(files), "a list of them, bytes"),
+    ):
+        with pytest.raises(vp.UsageError, match=said):
+            vp.verify(none, *given)  # type: ignore[arg-type]
     # a program that never stops is one part, the whole
     whole = vp.convert("G21 G90\nG0 X0 Y0 Z20 A0 C0\nX5\nM2\n", "verne", vp.Options(tool_length=80)).setpoints
     assert whole is not None

@@ -624,9 +624,15 @@ def test_the_first_tilt_is_told_at_the_block_that_turns_the_table(
         (item,) = (one for one in found if one.code == "VP102")
         assert item.line == at and (item.last_line or 0) > at + 4
         assert item.remedies[0].startswith(f"not tried: correct the angles of {plane} in line {said} first")
+        assert item.plane == (plane, said)
     path = tmp_path / "a.h"
     path.write_text(program.format(""))
     given = ("--tool-length", "90", "--wcs", "G54=0,100,100", "--machine", "ac_trunnion")
+    told = json.loads(run("check", path, *given, "--output-format", "json").out)["programs"][0]["findings"]
+    results = json.loads(run("check", path, *given, "--output-format", "sarif").out)["runs"][0]["results"]
+    of_json, of_sarif = ([one for one in found if "VP102" in one.values()] for found in (told, results))
+    named = {"word": plane, "line": said - 1}
+    assert [of_json[0]["plane"], of_sarif[0]["properties"]["plane"]] == [named, named]
     at, said = at - 1, said - 1
     for line in (at, at + 2, at + 3):
         assert f"correct the angles of {plane} in line {said} first" in run("explain", f"{path}:{line}", *given).out

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import verne_post
-from verne_post.cli.program_folders import PROGRAMS
+from verne_post.app.program_folders import PROGRAMS
 from verne_post.gcode.dialects import DIALECTS
 
 MACHINES = Path(__file__).resolve().parents[2] / "machine_configs"

@@ -86,6 +86,7 @@ def test_json_has_the_documented_keys(files: dict[str, Path], run: Callable[...,
                     "file_line",
                     "file_column",
                     "lines",
+                    "plane",
                     "counted_with",
                 }
             )

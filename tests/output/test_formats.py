@@ -316,7 +316,7 @@ def test_parts_have_the_format(tmp_path: Path, run: Callable[..., Any], command:
     make("twincat", ".bin")
     verdict = run("verify", tmp_path / "twincat" / "p.index.json", "--against", program)
     assert verdict.code == 2
-    assert "p.1.bin: no csv file; parts in another --format are not read" in verdict.err
+    assert "p.1.bin: no csv file; parts in another format are not read" in verdict.err
 
 
 def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:

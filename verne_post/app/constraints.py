@@ -10,12 +10,13 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.app.explain_numbers import format_number
 from verne_post.app.height_check import HEIGHT
+from verne_post.app.line_remedies import find_plane
 from verne_post.app.result import Progress
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.model.findings import OF_SET_UP, Finding, has_line
-from verne_post.model.moves import AXES
+from verne_post.model.findings import OF_SET_UP, Finding, TurnedPlane, has_line
+from verne_post.model.moves import AXES, Moves, PlaneCall
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
 
@@ -55,10 +56,14 @@ def _check_contour(
 
 
 def _name_plane(program: Program, item: Finding) -> Finding:
-    """VP210 with the tilted plane in which its line moves: its angles may be what is wrong."""
+    """A limit with the tilted plane whose angles may be what is wrong: of a rotary joint the one that turned the table,
+    of VP210 that in which its line moves.
+    """
+    moves, rotary = program.moves, list(program.machine.coordinates.rotary)
+    if (turn := find_plane(moves, program.machine, item, item.line or 0)) is not None:
+        return dataclasses.replace(item, plane=_make_plane(moves, turn[0]))
     if item.code != "VP210":
         return item
-    moves, rotary = program.moves, list(program.machine.coordinates.rotary)
     row = int(np.flatnonzero(moves.line == (item.worst_line or item.line or 0))[-1:].sum())
     plane = next((one for one in reversed(moves.planes) if one.before <= row), None)
     if plane is None or not plane.word or not np.isfinite(moves.end[row, rotary]).all():
@@ -66,7 +71,11 @@ def _name_plane(program: Program, item: Finding) -> Finding:
     angles = (f"{AXES[axis]}{format_number(float(moves.end[row, axis]), 4)}" for axis in rotary)
     where = moves.called_lines.name_line(plane.own_line)
     text = f"; the plane of {plane.word} in {where} turns the table to {' '.join(angles)}"
-    return dataclasses.replace(item, message=item.message + text)
+    return dataclasses.replace(item, message=item.message + text, plane=_make_plane(moves, plane))
+
+
+def _make_plane(moves: Moves, plane: PlaneCall) -> TurnedPlane:
+    return TurnedPlane(plane.word, moves.called_lines.show(plane.line))
 
 
 def _drop_consequences(findings: Sequence[Finding], found: Sequence[Finding]) -> list[Finding]:

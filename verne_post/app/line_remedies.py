@@ -144,13 +144,19 @@ def describe_kept_angle(moves: Moves, machine: Machine, item: Finding, number: i
     return f"line {number} {'begins at' if at_start else 'keeps'} {word} of line {line}: correct {what} first"
 
 
-def describe_plane(moves: Moves, machine: Machine, item: Finding, number: int) -> str:
-    """Which plane gave a line the angle with which it breaks the travel of a rotary joint; empty for one of words."""
-    rows = np.flatnonzero(moves.line == number)
-    if item.code not in remedies.ROTARY_CODES or not len(rows):
-        return ""
+def find_plane(moves: Moves, machine: Machine, item: Finding, number: int) -> tuple[PlaneCall, int] | None:
+    """The plane that gave a line the angle with which it breaks the travel of a rotary joint, and the row of its turn;
+    None for an angle of words.
+    """
+    if item.code not in remedies.ROTARY_CODES or not len(rows := np.flatnonzero(moves.line == number)):
+        return None
     axis = machine.coordinates.rotary[remedies.ROTARY_CODES.index(item.code)]
-    turn = find_turn_to_plane(moves, int(rows[-1]), axis)
+    return find_turn_to_plane(moves, int(rows[-1]), axis)
+
+
+def describe_plane(moves: Moves, machine: Machine, item: Finding, number: int) -> str:
+    """What :func:`find_plane` finds, as a remedy; empty for an angle of words."""
+    turn = find_plane(moves, machine, item, number)
     if turn is None:
         return ""
     plane, row = turn

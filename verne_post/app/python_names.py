@@ -86,6 +86,9 @@ _PHRASES: Final = {
     "or in machined --nominal FILE@G54": "or give it to machined as nominal",
     "or into a folder of --subroutine-path": "or give its text in subroutines",
     "see verne-post machine list": "see list_machines()",
+    "a name of verne-post machine list": "a name of list_machines()",
+    ", which `dump moves` and --events show": "",
+    ", named by the summary and --meta": " and named by the summary",
     "verify reads what --format csv writes": "verify reads what to_csv() writes",
     "write it under [tools] of the set-up": "give it in tools",
     **{
@@ -97,8 +100,10 @@ _PHRASES: Final = {
     "the tools of a nearer set-up, or a tool table, replace all of that table": (
         "tools of the options, or of a nearer set-up, replace all of that table"
     ),
-    "no [keep_out.NAME]": "no keep_out",
-    "no [stock]": "no stock",
+    "give the index, as axes.index.json": "give verify their index, or a list of them",
+    "[keep_out.NAME]": "keep_out",
+    "under [stock]": "in stock",
+    "[stock]": "stock",
 }
 _COMMAND: Final = re.compile(r"`verne-post (\w+)[^`]*`")
 _PHRASE: Final = re.compile("|".join(r"(?: |\n +)".join(map(re.escape, one.split(" "))) for one in _PHRASES))
@@ -106,12 +111,23 @@ _PHRASE: Final = re.compile("|".join(r"(?: |\n +)".join(map(re.escape, one.split
 _IN_FILE: Final = re.compile(
     r"(?:Fill in wcs\.(\S+) in INPUT\.toml|Write (\S+) = \[x, y, z\] under \[wcs\] of INPUT\.toml)"
 )
-#: A key of a control, with its value or in a file; and a row of the datum table.
+_CONTROL: Final = "|".join(KEYS)
+#: Other values of a key, up to the file that they belong in.
+_OTHERS: Final = r"((?:(?:,| or|,? \([^()]{1,80}\)) ?(?:\"[^\"]{1,80}\")?){0,8})"
+_FILE: Final = r"(?:the settings file|verne-post\.toml)"
+#: A key of a control, with its value or in a file; one with its value under the table of a file, and a table in it.
 _OF_CONTROL: Final = re.compile(
-    rf"\[({'|'.join(KEYS)})\] (\w+)(?: = (\"[^\"]*\"|[\w.-]*\w)(?: in (?:the settings file|verne-post\.toml))?"
-    r"| in (?:the settings file|verne-post\.toml))"
+    rf"\[({_CONTROL})\] (\w++)(?: = (\"[^\"]*\"|[\w.-]*\w)(?:{_OTHERS} in {_FILE})?| in {_FILE})"
 )
+_UNDER_CONTROL: Final = re.compile(rf"\b(\w++) = (\"[^\"]*\"){_OTHERS} under \[({_CONTROL})\] of {_FILE}")
+_INTO_CONTROL: Final = re.compile(rf"(?:into (\w+) )?under \[({_CONTROL})(?:\.(\w+))?\] of {_FILE}")
+#: A row of the datum table.
 _DATUM: Final = re.compile(r'give it as ("[^"]*") = \[X, Y, Z\] in mm under \[heidenhain\.datums\] of the set-up')
+#: The number of a tool as a name: T1.
+_NUMBER_AS_NAME: Final = re.compile(
+    r"the set-up has (no tool \d++, and) (T\d++) (is the name of one; write )(\d++) in place of T\d++ there",
+    re.IGNORECASE,
+)
 #: The last line of what is said of a line that cannot be executed.
 _SHOWS_ALL: Final = re.compile(
     r"^(the program has \d++ other errors?, .*: )verne-post check .* shows all$", re.MULTILINE
@@ -164,10 +180,23 @@ def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
     text = _IN_FILE.sub(lambda found: f"Give {found[1] or found[2]} in wcs, or in the set-up", text)
     text = _PHRASE.sub(lambda found: _PHRASES[re.sub(r"\n +", " ", found.group())], text)
-    text = _OF_CONTROL.sub(lambda found: f'control={{"{found[1]}": {{"{found[2]}": {found[3] or "VALUE"}}}}}', text)
+    text = _OF_CONTROL.sub(lambda found: f"{_spell_control(*found.group(1, 2, 3))}{found[4] or ''}", text)
+    text = _UNDER_CONTROL.sub(lambda found: f"{_spell_control(*found.group(4, 1, 2))}{found[3]}", text)
+    text = _INTO_CONTROL.sub(_spell_control_table, text)
     text = _DATUM.sub(r'give control={"heidenhain": {"datums": {\1: (X, Y, Z)}}}, mm', text)
+    text = _NUMBER_AS_NAME.sub(r'there is \1 "\2" \3tools={\4: MM}', text)
     text = _COMMAND.sub(r"\1", text)
     return replace_options(_SHOWS_ALL.sub(r"\1check shows all", text), _list_names, _assign)
+
+
+def _spell_control(control: str, key: str, value: str | None) -> str:
+    return f'control={{"{control}": {{"{key}": {value or "VALUE"}}}}}'
+
+
+def _spell_control_table(found: re.Match[str]) -> str:
+    key, control, table = found.groups()
+    value = "{NAME: VALUE}" if table else None
+    return f"{'into' if key else 'in'} {_spell_control(control, key or table, value)}"
 
 
 def replace_options(text: str, list_names: Callable[[], Mapping[str, str]], assign: Callable[[str, str], str]) -> str:

@@ -81,6 +81,8 @@ class Setpoints:
         Control cycle, and how every column is rounded.
     cuts : tuple of int
         Rows at which the program stops for the operator (``split_at_stops``): the last row of each part but the last.
+    part : tuple of int
+        Of what :meth:`split` returns: the number of the part, from 1, and how many there are.
     """
 
     t: Array
@@ -89,6 +91,7 @@ class Setpoints:
     columns: tuple[str, ...]
     format: SetpointFormat
     cuts: tuple[int, ...] = ()
+    part: tuple[int, int] = (1, 1)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -157,10 +160,19 @@ class Setpoints:
 
     def split(self) -> "tuple[Setpoints, ...]":
         """The parts between stops for the operator, each from time 0, as ``--split-at-stops`` writes them."""
+        if not self.cuts:
+            return (self,)
         ends = (0, *(row + 1 for row in self.cuts), len(self))
         return tuple(
-            replace(self, t=self.t[: end - begin], values=self.values[begin:end], line=self.line[begin:end], cuts=())
-            for begin, end in pairwise(ends)
+            replace(
+                self,
+                t=self.t[: end - begin],
+                values=self.values[begin:end],
+                line=self.line[begin:end],
+                cuts=(),
+                part=(number, len(ends) - 1),
+            )
+            for number, (begin, end) in enumerate(pairwise(ends), start=1)
         )
 
     def to_dict(self) -> dict[str, NDArray[Any]]:
@@ -258,7 +270,9 @@ class Setpoints:
         return f"{format_html_table(self._make_text_rows())}<p>{self._describe_size()}</p>"
 
     def _describe_size(self) -> str:
-        return f"{len(self)} rows" + (f" in {len(self.cuts) + 1} parts" if self.cuts else "")
+        number, count = self.part
+        place = f", part {number} of {count}" if count > 1 else ""
+        return f"{len(self)} rows" + (f" in {len(self.cuts) + 1} parts" if self.cuts else place)
 
 
 @explain_names(

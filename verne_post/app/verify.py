@@ -1,22 +1,30 @@
 """Setpoints as written are verified against a program."""
 
-from collections.abc import Iterator
-from typing import Final
+import dataclasses
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import IO, Final
 
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
+from verne_post.app.row_format import find_drives
+from verne_post.app.summary import list_events_of_parts
 from verne_post.base.arrays import Array, Mask
 from verne_post.model.findings import make_input_error
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
+from verne_post.output.parts import PartText, compare_index, open_parts, read_parts
 from verne_post.output.rounding import choose_trusted_format
+from verne_post.output.setpoints import read_csv
 from verne_post.verification.rows import Forward
 from verne_post.verification.verifier import Verifier
 
 #: Rows whose forward kinematics one process solves at a time.
 MEASURED_ROWS: Final = 1 << 12
+#: Behind a finding of rows that begin late or end early, where the program stops for the operator.
+_MAY_BE_PART: Final = "; if these are rows of one part, verify all parts together: give the index, as axes.index.json"
 
 
 def make_verifier(program: Program, fmt: SetpointFormat, header_lines: int | None = None) -> Verifier:
@@ -53,6 +61,50 @@ def _share_forward_by_team(program: Program) -> Forward:
     return forward
 
 
+def read_rows(program: Program, name: str, stream: IO[str]) -> Iterator[SetpointBlock]:
+    """Read the rows of one setpoint file of a program."""
+    drives = find_drives(program.machine, program.options)
+    return read_csv(stream, name, program.machine.columns, program.cycle, drives)
+
+
+def read_all_parts(
+    program: Program, name: str, parts: Sequence[PartText], counts: list[int] | None = None
+) -> Iterator[SetpointBlock]:
+    """Read the rows of all parts of a program; as :func:`~verne_post.output.parts.read_parts`."""
+    stops = [int(program.moves.line[stop]) for stop in program.stops]
+    drives = find_drives(program.machine, program.options)
+    return read_parts(name, parts, program.machine.columns, program.cycle, stops, drives, counts)
+
+
+def verify_index(program: Program, index: Path) -> Verification:
+    """Verify all parts of an index together, and the index itself.
+
+    Raises
+    ------
+    InputError
+        When a file cannot be read.
+    """
+    counts: list[int] = []
+    verdict = verify_setpoints(program, read_all_parts(program, str(index), open_parts(index), counts), split=True)
+    found = compare_index(index, program.options.source_name, program.cycle, counts, list_events_of_parts(program))
+    verdict.findings = [*found, *verdict.findings]
+    return verdict
+
+
+def judge_part(name: str, verdict: Verification, number: int, count: int) -> Verification:
+    """What a verdict says of one part alone.
+
+    A later part does not begin where the program begins, and none ends with it: findings of that are no faults.
+    """
+    if count == 1 or verdict.ok:
+        return verdict
+    begins = number == 1
+    findings = [item for item in verdict.findings if item.axis or (begins and item.code != "VP412")]
+    checked = "it is not checked for completeness" if begins else "only the limits of its joints are checked"
+    unchecked = f"{name} is part {number} of {count}. Alone, {checked}."
+    return dataclasses.replace(verdict, findings=findings, unchecked=unchecked)
+
+
 def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock], *, split: bool = False) -> Verification:
     """Verify setpoints as written against a program. Findings name lines of the CSV, where it is not ``split``.
 
@@ -70,4 +122,9 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock], *, split
         verifier.check_rows(block)
     if verifier is None:
         raise make_input_error("VP020", "the setpoint file has no rows")
-    return verifier.finish()
+    verdict = verifier.finish()
+    if len(program.stops) and not split:
+        for place, item in enumerate(verdict.findings):
+            if item.code in ("VP412", "VP413"):
+                verdict.findings[place] = dataclasses.replace(item, message=item.message + _MAY_BE_PART)
+    return verdict

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from verne_post.app.program_folders import choose_names, name_rows
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import format_json, make_printable
 from verne_post.cli.common import expect_options, load_machines, print_findings, quiet_option, refuse
@@ -122,7 +123,7 @@ def command(
         text = error.message if isinstance(error, click.UsageError) else str(error)
         _report_failure(files, report_files, github, Verdict.USAGE_ERROR, text, ())
         raise
-    from verne_post.cli.called_files import drop_called
+    from verne_post.app.called_files import drop_called
     from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
     from verne_post.output.findings import Report, drop_repeated, list_unchecked
 
@@ -247,20 +248,15 @@ def _make_jobs(
     from verne_post.model.options import Options
 
     suffix = FORMATS[file_format].suffix
-    sharing: dict[Path, set[str]] = {}
-    for program, place in programs:
-        sharing.setdefault(_name_rows(place, suffix)[0], set()).add(program)
     found: dict[Path, str] = {}
-    for program, place in programs:
-        bare, whole = _name_rows(place, suffix)
-        target = bare if len(sharing[bare]) == 1 else whole
+    for (program, _place), target in zip(programs, choose_names(programs, suffix), strict=True):
         other = found.setdefault(target, program)
         if other != program:
             raise click.UsageError(
                 f"{program} and {other} would both be written to {output / target}; convert them into two folders"
             )
     # a program whose neighbour of the same name has come or gone had its rows under its other name
-    for name in sorted({name for _program, place in programs for name in _name_rows(place, suffix)} - set(found)):
+    for name in sorted({name for _program, place in programs for name in name_rows(place, suffix)} - set(found)):
         forget(Job("", output, name, next(iter(machines.values())), Options(), file_format, ()))
     jobs = []
     for target, program in sorted(found.items(), key=lambda item: item[1]):
@@ -273,11 +269,6 @@ def _make_jobs(
         paths, tables = given["subroutine_path"], tuple(files.tables)
         jobs.append(Job(program, output, target, machines[program], options, file_format, paths, wrong, tables))
     return jobs
-
-
-def _name_rows(place: Path, suffix: str) -> tuple[Path, Path]:
-    """The names that the rows of a program may have: part.csv; part.nc.csv where part.h is there too."""
-    return place.with_suffix(suffix), place.with_name(place.name + suffix)
 
 
 def _address(scheduler: str) -> str:

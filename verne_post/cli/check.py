@@ -184,7 +184,7 @@ def command(
         _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
         raise
 
-    from verne_post.cli.called_files import drop_called
+    from verne_post.app.called_files import drop_called
     from verne_post.output.batch_table import count_words
     from verne_post.output.findings import Report, drop_repeated
     from verne_post.output.policy import apply_policy, format_baseline

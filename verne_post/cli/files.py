@@ -15,9 +15,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, TypeVar
 
+from verne_post.app.program_folders import LOOKED_FOR, find_programs_inside
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import escape_unprinted, make_printable
-from verne_post.cli.program_folders import LOOKED_FOR, find_programs_inside
 from verne_post.cli.temporary import make_temporary_file, make_temporary_folder
 from verne_post.config.files import read_file
 

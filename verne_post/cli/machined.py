@@ -10,7 +10,7 @@ from verne_post.base.text_marks import NO_TEXT
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, show_name
-from verne_post.cli.measured import add_log_options, read_measured, read_rows, require_delay
+from verne_post.cli.measured import add_log_options, read_commanded, read_measured, require_delay
 from verne_post.cli.numbers import NUMBER
 from verne_post.cli.options import FILE, INPUT, GroupedCommand, NameChoice, add_program_options
 from verne_post.cli.pictures import SUFFIXES, expect_picture
@@ -178,7 +178,6 @@ def command(
     from verne_post.app.assemble import assemble
     from verne_post.app.machined import Body, judge_rows
     from verne_post.app.machined_stock import add_stock, cut_rows, describe_run, load_stock, make_stock, pack_stock
-    from verne_post.app.row_format import find_drives
     from verne_post.output.findings import Report
     from verne_post.output.machined import describe_comparisons, draw_map, encode_ply, list_worst
     from verne_post.output.reports import FORMATS
@@ -195,10 +194,9 @@ def command(
                 program = assemble(source, machine, options)
             except InputError as error:
                 return refuse(show_name(against), error, source)
-            drives = find_drives(program.machine, options)
-            q, lines = read_rows(files, setpoints, program, drives)
+            q, lines = read_commanded(files, setpoints, program)
             if measured is not None:
-                log, delayed = read_measured(files, measured, columns, delay, q, program, drives)
+                log, delayed = read_measured(files, measured, columns, delay, q, program)
                 count = min(len(q), len(log) - delayed)
                 q, lines = log[delayed : delayed + count], lines[:count]
             asked = Wanted(gouge, excess, grid, search)

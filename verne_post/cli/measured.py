@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from verne_post.app.assemble import Program
     from verne_post.base.arrays import Array
-    from verne_post.model.drives import Drive
 
 
 def add_log_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -44,28 +43,25 @@ def require_delay(delay: str) -> None:
         raise click.UsageError(f"--delay {delay}: expected auto, or a whole number of rows")
 
 
-def read_rows(
-    files: RunFiles, setpoints: str, program: "Program", drives: "tuple[Drive, ...]"
-) -> "tuple[Array, NDArray[np.int32]]":
+def read_commanded(files: RunFiles, setpoints: str, program: "Program") -> "tuple[Array, NDArray[np.int32]]":
     """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file, or of all parts of an index."""
     import numpy as np
 
+    from verne_post.app.verify import read_all_parts, read_rows
     from verne_post.model.findings import make_input_error
-    from verne_post.output.parts import list_parts, read_parts
-    from verne_post.output.setpoints import read_csv
+    from verne_post.output.parts import list_parts, open_parts
 
-    machine = program.machine
     if setpoints.endswith(".index.json"):
-        for part in list_parts(Path(setpoints)):
+        index = Path(setpoints)
+        for part in list_parts(index):
             files.note_read(part, "AXES.CSV")
-        stops = [int(program.moves.line[stop]) for stop in program.stops]
-        blocks = list(read_parts(Path(setpoints), machine.columns, program.cycle, stops, drives))
+        blocks = list(read_all_parts(program, setpoints, open_parts(index)))
     else:
         with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
-            blocks = list(read_csv(stream, show_name(setpoints), machine.columns, program.cycle, drives))
+            blocks = list(read_rows(program, show_name(setpoints), stream))
     if not blocks:
         raise make_input_error("VP020", "the setpoint file has no rows")
-    factor = np.array([column.factor for column in machine.columns])
+    factor = np.array([column.factor for column in program.machine.columns])
     return np.concatenate([one.values for one in blocks]) / factor, np.concatenate([one.line for one in blocks])
 
 
@@ -76,18 +72,18 @@ def read_measured(
     delay: str,
     commanded: "Array",
     program: "Program",
-    drives: "tuple[Drive, ...]",
 ) -> "tuple[Array, int]":
     """Joints (m, n_joints) of a log, mm and rad, and by how many rows it is later than the commanded ones."""
     import numpy as np
 
+    from verne_post.app.row_format import find_drives
     from verne_post.model.setpoints import SetpointFormat
     from verne_post.output.logs import read_log
     from verne_post.output.rounding import convert_positions
     from verne_post.output.setpoints import name_joints
     from verne_post.verification.following import estimate_delay
 
-    machine = program.machine
+    machine, drives = program.machine, find_drives(program.machine, program.options)
     named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
     if len(named) != len([part for part in columns.split(",") if part]):
         raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
+from verne_post.app.program_folders import LOOKED_FOR, PROGRAMS, find_programs_inside
 from verne_post.cli.files import DASH, Unreadable, is_dash
-from verne_post.cli.program_folders import LOOKED_FOR, PROGRAMS, find_programs_inside
 
 
 def find_programs(
@@ -95,7 +95,7 @@ def find_readers(changed: Sequence[str]) -> tuple[str, ...]:
     UsageError
         Where git cannot be asked.
     """
-    from verne_post.cli.called_files import is_only_called
+    from verne_post.app.called_files import is_only_called
 
     own = tuple(name for name in changed if is_setup(Path(name)) or Path(name).suffix.lower() in PROGRAMS)
     shared = next((name for name in changed if name not in own or is_only_called(Path(name))), None)

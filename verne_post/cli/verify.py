@@ -13,7 +13,7 @@ from verne_post.base.text_marks import NO_TEXT, UTF16, decode_text, is_utf16
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, show_name
-from verne_post.cli.measured import add_log_options, read_measured, read_rows, require_delay
+from verne_post.cli.measured import add_log_options, read_commanded, read_measured, require_delay
 from verne_post.cli.numbers import NUMBER
 from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_options, add_program_options
 from verne_post.cli.progress import show_progress
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from verne_post.app.assemble import Program
     from verne_post.app.result import Progress
-    from verne_post.model.drives import Drive
     from verne_post.model.setpoints import SetpointBlock
     from verne_post.verification.following import Following
 
@@ -101,12 +100,10 @@ def command(
 
     from verne_post.app.assemble import assemble
     from verne_post.app.constraints import check_program
-    from verne_post.app.row_format import find_drives
-    from verne_post.app.summary import list_events_of_parts
-    from verne_post.app.verify import verify_setpoints
+    from verne_post.app.verify import judge_part, read_rows, verify_index, verify_setpoints
     from verne_post.output.commands import find_run
-    from verne_post.output.parts import compare_index, find_index, list_parts, read_parts
-    from verne_post.output.setpoints import READS, read_csv
+    from verne_post.output.parts import find_index, list_parts
+    from verne_post.output.setpoints import READS
     from verne_post.output.side_car import read_side_car, report_changes
     from verne_post.output.summary import describe_following, format_verdict
 
@@ -122,47 +119,35 @@ def command(
             return refuse(show_name(against), error, source)
         if options.keep_out or options.stock:
             found += check_program(program)[1]
-        drives = find_drives(program.machine, options)
         if setpoints.endswith(".index.json"):
             for part in list_parts(Path(setpoints)):
                 files.note_read(part, "AXES.CSV")
-            lines = [int(program.moves.line[stop]) for stop in program.stops]
-            counts: list[int] = []
-            parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines, drives, counts)
-            verdict = verify_setpoints(program, parts, split=True)
-            events = list_events_of_parts(program)
-            found += compare_index(Path(setpoints), options.source_name, program.cycle, counts, events)
+            verdict = verify_index(program, Path(setpoints))
         else:
             with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
-                rows = read_csv(stream, name, program.machine.columns, program.cycle, drives)
+                rows = read_rows(program, name, stream)
                 with show_progress("verifying", quiet=quiet) as progress:
                     verdict = verify_setpoints(program, _watch(rows, raw, progress))
-        log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program, drives)
+        log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program)
     except InputError as error:
         return refuse(name, error)
     except UnicodeDecodeError as error:
         raise click.UsageError(
             f"{name} is {UTF16 if is_utf16(error.object) else f'no setpoint file: {NO_TEXT}; {READS}'}"
         ) from None
+    beside = None if is_dash(setpoints) else find_index(Path(setpoints))
+    if beside is not None:
+        index, number, count = beside
+        verdict = judge_part(name, verdict, number, count)
     findings = (*found, *verdict.findings)
-    index = None if is_dash(setpoints) else find_index(Path(setpoints))
-    if index is not None and find_exit_status(findings) != ExitStatus.CLEAN:
-        # a later part does not begin where the program begins, and none ends with it: findings of that are no faults
-        begins = list_parts(index)[0] == Path(setpoints)
-        findings = (*found, *(item for item in verdict.findings if item.axis or (begins and item.code != "VP412")))
-        print_findings(show_name(against), findings, quiet=quiet)
-        checked = "it is not checked for completeness" if begins else "only the limits of its joints are checked"
-        echo(
-            f"{name} is one part of a split file. Alone, {checked}. Verify all parts together: "
-            f"{find_run(options).spell('verify', str(index), '', '--against', shlex.quote(against))}",
-            err=True,
-        )
-        status = find_exit_status(findings) or ExitStatus.NO_VERDICT
-    else:
-        status = find_exit_status(findings)
-        print_findings(show_name(against), findings, quiet=quiet)
-        if not quiet:
-            say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
+    print_findings(show_name(against), findings, quiet=quiet)
+    status = find_exit_status(findings)
+    if beside is not None and verdict.unchecked:
+        together = find_run(options).spell("verify", str(index), "", "--against", shlex.quote(against))
+        echo(f"{verdict.unchecked} Verify all parts together: {together}", err=True)
+        status = status or ExitStatus.NO_VERDICT
+    elif not quiet:
+        say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
     if log is not None and measured is not None:
         followed, source_lines = log
         echo(
@@ -192,12 +177,11 @@ def _follow_log(
     columns: str,
     delay: str,
     program: "Program",
-    drives: "tuple[Drive, ...]",
 ) -> "tuple[Following, NDArray[np.int32]]":
     """Compare a log with the file that it is a run of; also returns the source lines of the file's rows."""
     from verne_post.verification.following import compare_log
 
-    commanded, lines = read_rows(files, setpoints, program, drives)
-    measured_joints, delayed = read_measured(files, measured, columns, delay, commanded, program, drives)
+    commanded, lines = read_commanded(files, setpoints, program)
+    measured_joints, delayed = read_measured(files, measured, columns, delay, commanded, program)
     lengths = program.path.find_tool_lengths(lines)
     return compare_log(commanded, measured_joints, lengths, program.machine.five_axis.find_nominal_pose, delayed), lines

@@ -58,9 +58,10 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
         why += f"(add it there if H{number} is meant); did you mean H{own}?"
         key = find_tool_key(number, "length", state.tool_names)
         return at.error("VP012", f"H{number}: {why}", "H", name, key)
-    is_name = any(tool.key == f"tools.T{number}" for tool in (state.tools or {}).values())
-    if is_name:
-        why = f"the set-up has no {name}, and T{number} is the name of one; write {number} in place of T{number} there"
+    names = list_setup_names(setup.control).values()
+    alike = next((one for one in names if one[:1] in "Tt" and one[1:].lstrip("0") == str(number)), "")
+    if alike:
+        why = f"the set-up has no {name}, and {alike} is the name of one; write {number} in place of {alike} there"
     elif place := setup.replaced_tools.get(number, ""):
         why = (
             f"{place} has it, but tools are not joined: the tools of a nearer set-up, or a tool table, replace all of "
@@ -73,8 +74,8 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
             str(one) for one, tool in (state.tools or {}).items() if one < FIRST_NAMED_TOOL and not stands_in(tool)
         ]
         # another digit more or less tells tools apart: a 1 is not near to 51; one twice, as in 11, is a slip
-        alike = [one for one in numbers if len(one) == len(str(number)) or set(one) == set(str(number))]
-        near = list_near_numbers(str(number), alike)
+        near = [one for one in numbers if len(one) == len(str(number)) or set(one) == set(str(number))]
+        near = list_near_numbers(str(number), near)
         but = f", but {name_near_numbers(str(number), near, 'tool ')}" if len(near) > 1 else ""
         has = f"tool{'s' * (len(numbers) > 1)} {', '.join(numbers[:_MOST_LISTED])}" if numbers and not near else ""
         but += f", which has {has}{' and others' * (len(numbers) > _MOST_LISTED)}" * bool(has)
@@ -86,7 +87,7 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
             words = [(f"{before}{number}", f"{before}{near[0]}") for before in ("", letter)]
             edits = tuple(Remedy(f"write {new}", new, misspelt=old, is_choice=True) for old, new in words)
     error = at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names), edits)
-    return error.advise("" if is_name else FILL_IN_LENGTH)
+    return error.advise("" if alike else FILL_IN_LENGTH)
 
 
 def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = None) -> None:

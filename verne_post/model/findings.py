@@ -102,6 +102,13 @@ class CalledPlace(NamedTuple):
         return f"{self.file}, line {self.line}"
 
 
+class TurnedPlane(NamedTuple):
+    """A tilted plane to which the table turns: its word, as G68.2, and the line that has it, or calls its file."""
+
+    word: str
+    line: int
+
+
 @dataclass(frozen=True, repr=False)
 class Finding:
     """One thing that is wrong with a program, or worth knowing.
@@ -154,6 +161,9 @@ class Finding:
         File, line and column of a called file.
     names_lines : bool
         The message names the lines of several stretches.
+    plane : TurnedPlane or None
+        ``word`` and ``line`` of the tilted plane to which the table turns beyond the travel of a rotary joint (VP102,
+        VP103), or in which the tip is too low (VP210); None where the angles are words.
     """
 
     code: str
@@ -182,6 +192,7 @@ class Finding:
     called: CalledPlace | None = None
     names_lines: bool = False
     lines: tuple[int, ...] = ()
+    plane: TurnedPlane | None = None
 
     __repr__ = _list_given
 

@@ -25,7 +25,7 @@ class BlockTime(Struct, frozen=True):
     reason: str  #: The limit that was nearest for most of what it takes longer, as in ``Verification.slow``.
 
 
-@explain_names()
+@explain_names(**dict.fromkeys(("verdict", "summary"), "text"), errors="findings", causes="findings")
 @dataclass(repr=False)
 class Verification:
     """The result of verifying a setpoint file.
@@ -52,6 +52,8 @@ class Verification:
         The one that exceeds its time by most seconds.
     first_row : ndarray, shape (n_joints,)
         File units.
+    unchecked : str
+        What is not checked, where the rows are one part of several; empty where all was checked.
     text : str
         Findings and verdict, as ``verify`` says them: what is printed.
     """
@@ -72,6 +74,7 @@ class Verification:
     latest_block: BlockTime | None = None
     first_row: Array = field(default_factory=lambda: np.zeros(0))
     findings: list[Finding] = field(default_factory=list)
+    unchecked: str = ""
     text: str = ""
 
     def __repr__(self) -> str:
@@ -82,8 +85,8 @@ class Verification:
 
     @property
     def ok(self) -> bool:
-        """True when nothing was found wrong."""
-        return not self.findings
+        """True when all was checked and nothing was found wrong."""
+        return not (self.findings or self.unchecked)
 
     def __bool__(self) -> bool:
         return self.ok

@@ -367,6 +367,7 @@ def make_records(findings: Sequence[Finding], program: str, run: Run = NO_RUN) -
         {
             **{key: getattr(item, key) for key in _KEYS},
             "message": item.full_message,
+            "plane": item.plane and item.plane._asdict(),
             **({} if item.called is None else dict(zip(OF_FILE, item.called, strict=True))),
             "remedies": list_found(item.remedies),
             "settled_by": [".".join(key) for key in item.settled_by],

@@ -3,26 +3,33 @@
 import json
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import IO, Any, Final
 
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.bounded import read_bounded
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 from verne_post.model.machine import Column
 from verne_post.model.moves import Event
+from verne_post.model.options import OPTIONS
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
 from verne_post.output.rounding import choose_time_decimals
 from verne_post.output.setpoints import read_csv
 
+#: What a part is called, and what opens its text.
+PartText = tuple[str, Callable[[], IO[str]]]
 #: What a program from a pipe is called.
 STDIN: Final = "<stdin>"
+#: What programs without a name are called: from a pipe, or as text in Python.
+_NAMELESS: Final = frozenset({STDIN, OPTIONS["source_name"].default()})
 _FOLDERS: Final = re.compile(r"[/\\]")
 #: Characters of a value that a message shows.
 _SHOWN: Final = 120
@@ -63,11 +70,12 @@ def compare_index(
 ) -> list[Finding]:
     """Report as VP414 each field of an index that a conversion would write otherwise.
 
-    Files may have other names, and the program may be in another folder, or come from a pipe, where it has no name.
+    Files may have other names, and the program may be in another folder. It has no name from a pipe, and as text in
+    Python.
     """
     index = _read_index(path)
     written, name = str(index.get("program")), _FOLDERS.split(program)[-1]
-    if STDIN in (written, program) or _FOLDERS.split(written)[-1] == name:
+    if not _NAMELESS.isdisjoint((written, program)) or _FOLDERS.split(written)[-1] == name:
         name = written
     files = [part["file"] for part in index["parts"]]
     right = json.loads(format_json(_make_index(name, cycle, files, rows, events), 2))
@@ -134,59 +142,69 @@ def list_parts(index_file: Path) -> list[Path]:
     return [index_file.parent / Path(str(part["file"])).name for part in _read_index(index_file)["parts"]]
 
 
-def find_index(part: Path) -> Path | None:
-    """The index beside a setpoint file that names it as one of several parts."""
+def find_index(part: Path) -> tuple[Path, int, int] | None:
+    """The index beside a setpoint file that names it as one of several parts; its number, and how many there are."""
     index = part.with_name(f"{re.sub(r'[.][0-9]+$', '', part.stem)}.index.json")
     try:
         listed = list_parts(index)
     except InputError:
         return None
-    return index if len(listed) > 1 and part in listed else None
+    return (index, listed.index(part) + 1, len(listed)) if len(listed) > 1 and part in listed else None
 
 
-def _read_text(blocks: Iterator[SetpointBlock], file: Path) -> Iterator[SetpointBlock]:
+def _read_text(blocks: Iterator[SetpointBlock], name: str) -> Iterator[SetpointBlock]:
     try:
         yield from blocks
     except UnicodeDecodeError:
-        raise make_input_error("VP020", f"{file}: no csv file; parts in another --format are not read") from None
+        raise make_input_error("VP020", f"{name}: no csv file; parts in another format are not read") from None
+
+
+def _open(file: Path) -> IO[str]:
+    try:
+        return file.open(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        raise make_input_error("VP020", f"{file}: {error}") from None
+
+
+def open_parts(index_file: Path) -> list[PartText]:
+    """The parts that an index names, for :func:`read_parts`."""
+    return [(str(file), partial(_open, file)) for file in list_parts(index_file)]
 
 
 def read_parts(
-    path: Path,
+    name: str,
+    parts: Sequence[PartText],
     columns: tuple[Column, ...],
     cycle: float,
     stop_lines: Sequence[int],
     drives: tuple[Drive, ...],
     counts: list[int] | None = None,
 ) -> Iterator[SetpointBlock]:
-    """Read the rows of all parts of an index, one after the other; ``stop_lines`` are where the program is to be cut.
+    """Read the rows of all parts, one after the other; ``stop_lines`` are where the program is to be cut.
 
-    ``counts`` gets the number of rows of each part.
+    ``name`` is what all parts together are called. ``counts`` gets the number of rows of each part.
 
     Raises
     ------
     InputError
-        VP020: not an index, a part that cannot be read, or one that does not begin where the part before it ended.
+        VP020: other parts than the program has, a part that cannot be read, or one that does not begin where the part
+        before it ended.
     """
-    files = list_parts(path)
-    if len(files) != len(stop_lines) + 1:
-        raise make_input_error("VP020", f"{path}: {len(files)} parts, and the program has {len(stop_lines)} stops")
+    if len(parts) != len(stop_lines) + 1:
+        has = f"{format_count(len(parts), 'part')}, and the program has {format_count(len(stop_lines), 'stop')}"
+        raise make_input_error("VP020", f"{name}: {has}")
     first, last = 0, None
-    for number, file in enumerate(files):
-        try:
-            stream = file.open(encoding="utf-8-sig")
-        except (OSError, ValueError) as error:
-            raise make_input_error("VP020", f"{file}: {error}") from None
+    for number, (part, open_text) in enumerate(parts):
         begin, line = first, None
-        with stream:
-            for block in _read_text(read_csv(stream, str(file), columns, cycle, drives), file):
+        with open_text() as stream:
+            for block in _read_text(read_csv(stream, part, columns, cycle, drives), part):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
-                    raise make_input_error("VP020", f"{file}: does not begin where the part before it ended")
+                    raise make_input_error("VP020", f"{part}: does not begin where the part before it ended")
                 last, first, line = block.values[-1], begin + block.first + len(block.values), int(block.line[-1])
                 yield replace(block, first=begin + block.first)
         if counts is not None:
             counts.append(first - begin)
         if number < len(stop_lines) and line != stop_lines[number]:
             raise make_input_error(
-                "VP020", f"{file}: ends in line {line}, and the program stops in line {stop_lines[number]}"
+                "VP020", f"{part}: ends in line {line}, and the program stops in line {stop_lines[number]}"
             )

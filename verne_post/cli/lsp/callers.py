@@ -6,9 +6,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from verne_post.app.called_files import LANGUAGES, PROC, SUB, has_call, is_subprogram, list_code
+from verne_post.app.program_folders import PROGRAMS
 from verne_post.base.program_lines import remove_remarks, split_lines
-from verne_post.cli.called_files import LANGUAGES, PROC, SUB, has_call, is_subprogram, list_code
-from verne_post.cli.program_folders import PROGRAMS
 
 #: Files beside a subprogram in which its call is sought; bytes of each, and of all: they are read while it is typed.
 MOST_NEIGHBOURS: Final = 1_000

@@ -15,6 +15,7 @@ import numpy as np
 from msgspec import Struct, field, structs
 
 from verne_post.app.assemble import build_interpreter_setup, count_executions, find_state_if_executed
+from verne_post.app.called_files import is_subprogram, may_be_called
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_called_line, look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
@@ -25,7 +26,6 @@ from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks, split_lines
 from verne_post.base.stopping import stop_by
-from verne_post.cli.called_files import is_subprogram, may_be_called
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles

@@ -4,7 +4,7 @@ import json
 import sys
 from typing import Any, Final
 
-from verne_post.cli.program_folders import PROGRAMS
+from verne_post.app.program_folders import PROGRAMS
 
 #: Its release; the client of the protocol that npm installs beside it.
 _VERSION: Final = "0.1.0"

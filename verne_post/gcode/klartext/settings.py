@@ -391,8 +391,8 @@ class KlartextSettings:
         if not (feeds and distances):
             raise statement.error(
                 "VP005",
-                "cycle 19 positions the rotary axes (cycle_19 of the settings file), and needs F and the set-up "
-                "clearance",
+                "cycle 19 positions the rotary axes ([heidenhain] cycle_19 in the settings file), and needs F and the "
+                "set-up clearance",
             )
         move = PlaneWords("SPATIAL", {"DIST": read_value(distances[0], self.q)}, ["FMAX"] if feeds[0] == "MAX" else [])
         if feeds[0] != "MAX":

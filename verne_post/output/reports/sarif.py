@@ -104,7 +104,8 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
         there = replace(item, file=file, file_line=line, file_column=column, last_line=None, called=None)
         related.append({**_make_location(report.program, there), "message": {"text": "it stands here"}})
     fingerprint = make_fingerprint(report, item, seen)
-    properties = ("axis", "value", "limit", "unit", "count", "worst_line")
+    properties = {name: getattr(item, name) for name in ("axis", "value", "limit", "unit", "count", "worst_line")}
+    properties["plane"] = item.plane and item.plane._asdict()
     return {
         "ruleId": item.code,
         "ruleIndex": rules.index(item.code),
@@ -123,7 +124,7 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
         "locations": [_make_location(report.program, item)],
         **({"relatedLocations": related} if related else {}),
         "partialFingerprints": {_FINGERPRINT: fingerprint, _LINE_HASH: fingerprint},
-        "properties": {name: getattr(item, name) for name in properties if getattr(item, name) is not None},
+        "properties": {name: value for name, value in properties.items() if value is not None},
     }
 
 

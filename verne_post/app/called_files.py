@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec.structs import replace
 
+from verne_post.base.printable import escape_unprinted
 from verne_post.base.program_lines import find_end, remove_remarks, split_lines
-from verne_post.cli.files import show_name
 from verne_post.config.subprograms import names_file
 from verne_post.gcode.dialects import find_dialect_name
 from verne_post.gcode.words import read_whole_lines
@@ -124,7 +124,7 @@ def drop_called(
         if path in callers:
             own[callers[path]].append(name)
             del own[name]
-    return {name: replace(reports[name], called=tuple(map(show_name, called))) for name, called in own.items()}
+    return {name: replace(reports[name], called=tuple(map(escape_unprinted, called))) for name, called in own.items()}
 
 
 def _read(path: Path) -> bytes:

@@ -1,5 +1,6 @@
-"""Programs in folders: by which endings they are known, and where none are looked for."""
+"""Programs in folders: by which endings they are known, where none are looked for, and how their rows are named."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -39,6 +40,20 @@ def find_programs_inside(folder: Path, but_in: Path | None, wrong: list[str]) ->
     ]
     own = [one for one in files if left_out is None or left_out not in one.resolve().parents]
     return [(str(one), one.relative_to(folder)) for one in own]
+
+
+def name_rows(place: Path, suffix: str) -> tuple[Path, Path]:
+    """The names that the rows of a program may have: part.csv; part.nc.csv where part.h is there too."""
+    return place.with_suffix(suffix), place.with_name(place.name + suffix)
+
+
+def choose_names(programs: Sequence[tuple[str, Path]], suffix: str) -> list[Path]:
+    """The name that the rows of each program have, by its place in the structure of its folder."""
+    sharing: dict[Path, set[str]] = {}
+    for program, place in programs:
+        sharing.setdefault(name_rows(place, suffix)[0], set()).add(program)
+    names = [name_rows(place, suffix) for _program, place in programs]
+    return [bare if len(sharing[bare]) == 1 else whole for bare, whole in names]
 
 
 def _is_hidden(folder: Path) -> bool:
