@@ -14,7 +14,14 @@ from verne_post.base.suggestions import find_meant, list_near_numbers, name_numb
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, list_near_programs, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
-from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_FILE, ProgramError, locate_errors, write_numbers
+from verne_post.gcode.program_error import (
+    CHECK_CALLER,
+    CLOSE_IN_ORDER,
+    GIVE_FILE,
+    ProgramError,
+    locate_errors,
+    write_numbers,
+)
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
@@ -310,7 +317,7 @@ class Flow:
             text = (
                 "M99 in the main program starts it again, without end; end it with M2 or M30, or, if it is a subprogram"
             )
-            raise ProgramError("VP024", f"{text}, check the program that calls it")
+            raise ProgramError("VP024", f"{text}, {CHECK_CALLER}")
         if not frame.program:
             raise ProgramError(
                 "VP023", f"M99 in a subroutine that o{frame.label} call has called; expected endsub or return"
