@@ -250,9 +250,7 @@ def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text"
 
 def refuse(program: str, error: "InputError", source: "Text" = b"") -> int:
     """Print why a program cannot be used; returns the exit status."""
-    from verne_post.cli.callers import name_caller
-
-    print_findings(program, name_caller(error.findings, program), source)
+    print_findings(program, error.findings, source)
     return find_exit_status(error.findings)
 
 
