@@ -787,7 +787,7 @@ def test_a_warning_in_a_called_file_names_the_file_and_its_line(
     for one, part in zip(there, said.values(), strict=True):
         assert one["message"].startswith(f"{file}, {part}")
         own_line = int(part[len("line ") :].partition(":")[0])
-        assert (one["column"], one["file"], one["file_line"]) == (None, file, own_line)
+        assert (one["column"], one["file"], one["file_line"]) == (None, str(tmp_path / file), own_line)
 
 
 def test_a_limit_and_a_contact_in_a_called_file_name_the_file_and_its_line(

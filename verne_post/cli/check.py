@@ -128,7 +128,7 @@ def command(
     """Check programs against every limit, without writing setpoints.
 
     INPUT may be a file, a folder of programs, or a pattern: verne-post check part.nc programs "more/op*.nc"
-    A subprogram of a folder or pattern is checked where it is called.
+    A subprogram in a folder or pattern is checked as a part of each program that calls it, and not by itself.
 
     No rows are written. --decimals, --units and --accept-rounding say how `convert` would round them: check refuses a
     program where rounding alone exceeds a limit (VP018).
