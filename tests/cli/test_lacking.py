@@ -201,6 +201,7 @@ def test_a_program_without_m30_is_no_subprogram(
     assert "VP012 error" in answer.out
     assert "this is a subprogram" not in answer.out.replace("if this is a subprogram", "")
     assert ("check the program that calls it" in answer.out) == bool(others)
+    assert others != "TOOL" or "Fill in tool_length" not in answer.out  # the message has all that helps
     run("setup", path)
     assert Path(f"{path}.toml").exists()
 

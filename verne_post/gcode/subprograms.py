@@ -105,7 +105,7 @@ def explain_subprogram(source: Text, found: list[Finding], dialect: str, name: s
     if dialect == "heidenhain" and codes == {"VP012"}:
         at = next(n for n, item in enumerate(found) if item.code == "VP012")
         message = f"{found[at].message}; if this is a subprogram, {CHECK_CALLER}"
-        return [replace(item, message=message) if n == at else item for n, item in enumerate(found)]
+        return [replace(item, message=message, advice="") if n == at else item for n, item in enumerate(found)]
     line, why = sign
     where = {"line": line, "last_line": line, "worst_line": line}
     text = f"{IS_SUBPROGRAM}: it calls no tool, and {why}; {CHECK_CALLER}"
