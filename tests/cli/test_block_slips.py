@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+import verne_post as vp
+
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
 from tests.cli.test_quick_fixes import NEVER, SETUP, check, inspector, look
@@ -269,6 +271,33 @@ def test_a_file_beside_the_program_has_nearly_the_number(
     assert item.message.endswith(f"a file beside it has O{int(number)}, which is nearly this number")
     (fix,) = find_fixes(inspector, found, item, {path: text}, NEVER)
     assert text[: fix.begin] + fix.new + text[fix.end :] == FANUC.replace("P1302", f"P{number}", 1)
+
+
+@pytest.mark.parametrize(
+    ("files", "near"),
+    [
+        ({"O1000.nc": "O1000\nM98 P1001\nM30\n"}, ""),
+        ({"O1000.nc": "G90\nM98 P1001\nM30\n"}, ""),
+        ({"O2000.nc": "O2000\nM98 P3000\nM30\n", "O3000.nc": "O3000\nM98 P3001\nM99\n"}, ""),
+        ({"O2000.nc": "O2000\nM98 P3000\nM30\n", "O3000.nc": "O3000\nM98 P3001\nM99\n", "O3002.nc": "M99\n"},
+         "O3002, which is nearly this number"),
+        ({"a.ngc": "o<bore> call\nM2\n", "bore.ngc": "o<bore> sub\no<bord> call\no<bore> endsub\n"}, ""),
+        ({"a.ngc": "o<bora> sub\no<bora> endsub\no<bore> call\nM2\n",
+          "bore.ngc": "o<bore> sub\no<bord> call\no<bore> endsub\n"}, "did you mean o<bora>?"),
+        ({"a.h": "BEGIN PGM A MM\nCALL LBL 1\nM30\nLBL 1\nCALL LBL 11\nLBL 0\nEND PGM A MM\n"}, ""),
+        ({"a.h": "BEGIN PGM A MM\nCALL LBL 1\nM30\nLBL 1\nCALL LBL 11\nLBL 0\nLBL 111\nLBL 0\nEND PGM A MM\n"},
+         "did you mean LBL 111?"),
+        ({"a.h": "BEGIN PGM A MM\nCALL LBL 1\nM30\nLBL 1\nFN 9: IF +0 EQU +0 GOTO LBL 11\nLBL 0\nEND PGM A MM\n"},
+         "LBL 1, which is nearly this number"),
+    ],
+)  # fmt: skip
+def test_a_program_that_runs_already_is_not_what_a_call_means(tmp_path: Path, files: dict[str, str], near: str) -> None:
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    findings = vp.check(tmp_path / next(iter(files)), "verne", vp.Options(tool_length=80.0)).findings
+    item = next(one for one in findings if one.code == "VP023")
+    assert item.message.endswith(near) if near else "nearly" not in item.message
+    assert near or ("did you mean" not in item.message and not item.edits)
 
 
 @pytest.mark.parametrize("column", [4, 5, 6, 10])

@@ -203,3 +203,39 @@ def test_no_work_offset_is_proposed_for_a_move_to_machine_coordinates(
     (remedy,) = (one for one in errors[-1].remedies if "offset" in one or "part" in one)
     assert remedy.startswith("line 5 is in machine coordinates (") and "which no work offset moves" in remedy
     assert not low or any("G54" in one or "line 3 ends at" in one for one in errors[0].remedies)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "shift", "end", "shown"),
+    [
+        ("fanuc", "G52 X400.", "G52 X0", "X 400"),
+        ("fanuc", "G68.2 X400. Y0 Z0 I0 J0 K0\nG53.1", "G69", "X 400"),
+        ("rs274", "G52 X400 Z1.5", "G52 X0 Z0", "X 400, Z 1.5"),
+        ("rs274", "G92 X-400", "G92.1", "X 400"),
+        ("siemens", "TRANS X400\nAROT RPL=0", "TRANS", "X 400"),
+        ("heidenhain", "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+400", "TRANS DATUM RESET", "X 400"),
+        ("fanuc", "G54", "G53 G0 X900.", ""),
+        ("fanuc", "G52 Y9.", "G53 G0 X900.", ""),
+    ],
+)
+@pytest.mark.parametrize(("machine", "code"), [("verne", "VP110"), ("ac_trunnion", "VP101")])
+def test_a_limit_under_a_shift_names_the_shift(
+    without_remedies: None, machine: str, code: str, dialect: str, shift: str, end: str, shown: str
+) -> None:
+    """The numbers of the line are within limits; a move to machine coordinates knows no shift."""
+    x, feed = ("900" if not shown else "300"), "G1 "
+    lines = ["G21 G90 G54", "G0 X0. Y0. Z100. A0. C0."]
+    if dialect == "siemens":
+        lines[0] = "G71 G90 G54"
+    if dialect == "heidenhain":
+        lines, feed = ["BEGIN PGM A MM", "L X+0 Y+0 Z+100 A+0 C+0 R0 FMAX"], "L "
+    lines += [*shift.split("\n"), *([f"{feed}X{x} Y10 F900", f"{feed}X10"] if shown else []), end]
+    text = "\n".join([*lines, f"{feed}X0 F900", "M30", *["END PGM A MM"] * (dialect == "heidenhain")])
+    options = vp.Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    item = next(one for one in vp.check(text, machine, options).findings if one.severity == "error")
+    at = 2 + shift.count("\n") + 2
+    assert item.line == at
+    assert item.code == code
+    begin = at - (end == "G69")  # G53.1 turns the table, in the shifted plane
+    tail = f"; the zero is shifted by {shown} mm from line {begin} on" if shown else "?"
+    assert item.message.endswith(tail) if shown else "shifted" not in item.message

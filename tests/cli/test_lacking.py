@@ -143,6 +143,69 @@ def test_a_subprogram_alone_is_checked_where_it_is_called(run: Callable[..., Any
     assert "VP005" not in run("check", path, *PLACE).out
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "line", "why", "main", "call"),
+    [
+        ("SUB1.h", "BEGIN PGM SUB1 MM\nL IX+10 F500\nEND PGM SUB1 MM\n", 3, "neither M2 nor M30 ends it",
+         "MAIN.h", "BEGIN PGM MAIN MM\nTOOL CALL 1 Z S500\nCALL PGM SUB1\nM30\nEND PGM MAIN MM\n"),
+        ("SUB1.h", "LBL 4\nL X+10 F500\nLBL 0\n", 1, "LBL 4 begins it", "MAIN.h", ""),
+        ("O1000.nc", "%\nO1000 (POCKET)\nG91 X1O F500\nG1 X4.\n(END)\nM99 ( M30 )\n%\n", 6, "M99 ends it",
+         "O0001.nc", "O1\nT1 M6\nM98 P1000\nM30\n"),
+        ("SUB1.SPF", "G91 Z-4\nG1 X10 F500\nM5\nM17\n", 4, "M17 ends it", "MAIN.MPF", "T1 M6\nSUB1\nM30\n"),
+        ("SUB1.SPF", "PROC SUB1 SAVE\nG1 X10 F500\nRET\n", 1, "PROC begins it", "MAIN.MPF", "T1 M6\nSUB1\nM30\n"),
+        ("1000.ngc", "O1000\nG1 X10 F500\nM99\n", 3, "M99 ends it", "a.ngc", "T1 M6\nM98 P1000\nM2\n"),
+    ],
+)  # fmt: skip
+def test_a_subprogram_alone_is_one_finding_and_has_no_set_up(
+    run: Callable[..., Any], tmp_path: Path, name: str, text: str, line: int, why: str, main: str, call: str
+) -> None:
+    """Its tool and its places were asked for, in a set-up that no program reads."""
+    path = tmp_path / name
+    path.write_text(text)
+    said = f"{name}:{line}: VP010 error: this is a subprogram: it calls no tool, and {why}; check "
+    rest, slips = "the program that calls it", text.count("1O")
+    for command in ("check", "convert", "setup"):
+        answer = run(command, path)
+        shown = answer.out + answer.err
+        assert f"{said}{rest}\n" in shown
+        assert shown.count("VP") == 1 + slips  # of its own words
+        assert "toml" not in shown
+    assert answer.code == 2
+    assert list(tmp_path.iterdir()) == [path]
+    if call:
+        (tmp_path / main).write_text(call)
+        for command in ("check", "setup"):
+            answer = run(command, path)
+            assert f"{said}{tmp_path / main}, which calls it\n" in answer.out + answer.err
+        assert not list(tmp_path.glob("*.toml"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "others"),
+    [
+        ("p.h", "BEGIN PGM P MM\nTOOL CALL 1 Z S500\nL X+0 Y+0 Z+9 R0 FMAX M3\nL X+9 F500\nEND PGM P MM\n", ""),
+        ("p.h", "BEGIN PGM P MM\nL X+0 Y+0 Z+9 R0 FMAX M3\nL X+9 F500\nEND PGM P MM\n", ""),
+        ("p.h", "BEGIN PGM P MM\nL X+0 Y+0 Z+9 R0 FMAX\nL X+9 F500\nEND PGM P MM\n", "TOOL"),
+        ("p.nc", "%\nO1\nT1 M6\nG54 G0 X0 Y0\nG43 H1 Z9.\nG1 X9. F500\nM99\n%\n", "M99"),
+        ("p.mpf", "G54 G17 G90\nT1 D1\nM6\nG0 X0 Y0 Z9\nG1 X9 F500\nM17\n", ""),
+        ("p.mpf", "G54 G17 G90\nS500 M3\nG0 X0 Y0 Z9\nG1 X9 F500\nRET\n", ""),
+    ],
+)
+def test_a_program_without_m30_is_no_subprogram(
+    run: Callable[..., Any], tmp_path: Path, name: str, text: str, others: str
+) -> None:
+    """What names a tool or starts the spindle is a program; a Klartext without both may be one, and is told so."""
+    path = tmp_path / name
+    path.write_text(text)
+    answer = run("check", path)
+    assert "VP012 error" in answer.out
+    assert "this is a subprogram" not in answer.out.replace("if this is a subprogram", "")
+    assert ("check the program that calls it" in answer.out) == bool(others)
+    assert others != "TOOL" or "Fill in tool_length" not in answer.out  # the message has all that helps
+    run("setup", path)
+    assert Path(f"{path}.toml").exists()
+
+
 @pytest.mark.parametrize("call", ["BORE5(5,-3,100)", "MCALL BORE5(5,-3,100)", "BORE5"])
 def test_a_declared_subprogram_without_its_file_is_no_code_of_the_builder(
     run: Callable[..., Any], tmp_path: Path, call: str

@@ -23,8 +23,8 @@ from verne_post.model.findings import make_finding
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from verne_post.cli.lsp import callers
-from verne_post.cli.lsp.callers import Callers
+from verne_post.cli import callers
+from verne_post.cli.callers import Callers
 from verne_post.cli.lsp.completion import complete_key, describe_key
 from verne_post.cli.lsp.fixes import find_fixes
 

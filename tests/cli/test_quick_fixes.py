@@ -15,8 +15,8 @@ from lsprotocol import types as lsp
 
 from verne_post.app.convert import Inspection
 from verne_post.app.result import refuse_program
+from verne_post.cli.callers import Callers
 from verne_post.cli.lsp import server
-from verne_post.cli.lsp.callers import Callers
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.completion import complete_word
 from verne_post.cli.lsp.fixes import Fix, find_fixes, find_fixes_of_its_file

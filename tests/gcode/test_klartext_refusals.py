@@ -295,6 +295,17 @@ _SPLIT_DRILL = DRILL.replace(" Q", " ~\n   Q").splitlines()
         ([DRILL.replace("Q201=-5", "Q201=5"), "L X+5", "CYCL CALL", "CYCL CALL"], 1, 30, "Q201=5"),
         ([*_SPLIT_DRILL, "L X+5 M99", "L X+9 M99"], 3, 4, "Q201=5"),
         ([*_SPLIT_DRILL, f"CYCL DEF 220 P Q200=-2 {CIRCLE}"], 10, 16, "Q200=-2"),
+        (["17 L X+10  F0"], 1, 12, "F0"),
+        (["L M140 MB5 F0"], 1, 3, "F0"),
+        (["7 TOOL CALL 1 Z S900 F-5"], 1, 22, "F-5"),
+        (["TOOL CALL 1 Z S900 FZ0.1"], 1, 20, "FZ of TOOL CALL"),
+        (["TOOL CALL 1 Z S900 X5"], 1, 20, "does not use X"),
+        (["CALL PGM  OTHER"], 1, 11, "other.h"),
+        (["FN 9: IF +0 EQU +0 GOTO LBL 77"], 1, 29, "LBL 77"),
+        (["CALL LBL 1 REP 2.5"], 1, 16, "REP 2.5"),
+        (["CYCL DEF 11.0 SCALE", "CYCL DEF 11.1 SCL 0"], 2, 19, "SCL0"),
+        (["CYCL DEF 32.0 TOLERANCE", "CYCL DEF 32.1 T-0.1"], 2, 15, "T-0.1"),
+        (["CYCL DEF 247 DATUM ~", "  Q339=+99"], 2, 3, "Q339=99"),
     ],
 )
 def test_an_error_is_where_the_program_has_what_is_wrong(view, statements, line, column, words):

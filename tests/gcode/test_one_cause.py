@@ -631,7 +631,8 @@ SIEMENS = "T1 D1\nS8000 M3\nG0 X-30 Y-20 Z80 A0 C0\nG41 G1 X-20 F500\nY20\nG40 X
      ("VP012", 4, "G41 without D, and tool 1 of line 1 is only selected by T, and no M6 loads it; write M6 after that "
       "T, or write G41.1 with the diameter (D0 for a path on the contour)")),
     ("heidenhain", KLARTEXT.format(""), ("VP012", 3, "no TOOL CALL before line 3, which needs the radius of the tool; "
-                                         "write TOOL CALL with the number of the tool, Z and S")),
+                                         "write TOOL CALL with the number of the tool, Z and S; if this is a "
+                                         "subprogram, check the program that calls it")),
     ("heidenhain", KLARTEXT.format("TOOL DEF 1\n"), ("VP012", 4, "no TOOL CALL before line 4, which needs the radius "
      "of the tool: TOOL DEF 1 in line 2 only names the tool; write TOOL CALL 1 Z S with its speed after it")),
     ("heidenhain", KLARTEXT.format("TOOL CALL 1 X S9\n"), ("VP017", 2, "tool axis X: the spindle of this machine "

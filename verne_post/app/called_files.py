@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Final
 from msgspec.structs import replace
 
 from verne_post.base.printable import escape_unprinted
-from verne_post.base.program_lines import find_end, remove_remarks, split_lines
+from verne_post.base.program_lines import remove_remarks, split_lines
 from verne_post.config.subprograms import names_file
 from verne_post.gcode.dialects import find_dialect_name
+from verne_post.gcode.subprograms import LARGEST_CALLED, find_sign
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.verdict import find_exit_status
 
@@ -19,14 +20,6 @@ if TYPE_CHECKING:
     from verne_post.config.settings import Settings
     from verne_post.output.findings import Report
 
-#: A longer file is no subprogram: bytes.
-LARGEST_CALLED: Final = 1 << 25
-SUB: Final = re.compile(r"O\s*(<[^<>]+>|\d+)\s*SUB\b", re.IGNORECASE)
-_ENDSUB: Final = re.compile(r"O\s*(?:<[^<>]+>|\d+)\s*ENDSUB\b", re.IGNORECASE)
-#: An O number that heads a program, and is no statement of LinuxCNC.
-NUMBER: Final = re.compile(r"[O:]\s*(\d+)(?!\d)(?!\s*[A-Z]{2})", re.IGNORECASE)
-_M99: Final = re.compile(r"(?<![A-Z_])M0*99(?!\d)", re.IGNORECASE)
-PROC: Final = re.compile(r"(?:N\d+\s*)?PROC\b", re.IGNORECASE)
 #: Where Siemens has the name of a subprogram, or of a variable that is called alike, and does not call it.
 _NO_CALL: Final = re.compile(
     r"^[ \t]*(?:N\d+[ \t]*)?(?:DEF|PROC|EXTERN|GOTO[BFC]?|REPEATB?|IF|WHILE|UNTIL|FOR|CASE)\b.*"
@@ -35,37 +28,6 @@ _NO_CALL: Final = re.compile(
 )
 #: Languages by the endings of files that no other one calls; G-code has all other endings.
 LANGUAGES: Final = {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}
-_BEGIN: Final = re.compile(r"(?:\d+\s+)?BEGIN\s+PGM\b", re.IGNORECASE)
-_RET: Final = re.compile(r"(?:N\d+\s*)?(?:RET\b|M17(?!\d))", re.IGNORECASE)
-
-
-def list_code(text: str, dialect: str) -> list[str]:
-    """The lines of a text that have words, without remarks and lines of %."""
-    lines = (remove_remarks(line, dialect).strip() for line in split_lines(text))
-    return [line for line in lines if line and not line.startswith("%")]
-
-
-def may_be_called(text: str, dialect: str, name: str) -> bool:
-    """Whether a text may be a subprogram: it does not end the program, which in Siemens leads back from an SPF file."""
-    if dialect == "aptcl":
-        return False
-    return name.lower().endswith(".spf") or find_end(reversed(split_lines(text))) is None
-
-
-def is_subprogram(text: str, dialect: str, name: str) -> bool:
-    """Whether a text is a subprogram and nothing else, whoever calls it. Klartext writes both in one way."""
-    if not may_be_called(text, dialect, name) or not (code := list_code(text, dialect)):
-        return False
-    if dialect == "siemens":
-        heads = [number for number, line in enumerate(code) if PROC.match(line)]
-        return name.lower().endswith(".spf") or heads[:1] == [0] or (not heads and _RET.match(code[-1]) is not None)
-    if dialect in ("rs274", "fanuc"):
-        if SUB.match(code[0]) and _ENDSUB.match(code[-1]):
-            return True
-        # behind another program, whose end is missing, it is none
-        is_alone = not any(map(NUMBER.match, code[1:]))
-        return is_alone and any(map(_M99.search, code))
-    return False
 
 
 def has_call(source: bytes, one: Path, path: Path) -> bool:
@@ -91,10 +53,7 @@ def is_only_called(path: Path) -> bool:
     if not source.strip():
         return False
     dialect = find_dialect_name("auto", source, path.name) or LANGUAGES.get(path.suffix.lower(), "rs274")
-    text = source.decode("utf-8", errors="replace")
-    if dialect == "heidenhain" and may_be_called(text, dialect, path.name):
-        return any(_BEGIN.match(line) for line in list_code(text, dialect)[:1])
-    return is_subprogram(text, dialect, path.name)
+    return find_sign(source.decode("utf-8", errors="replace"), dialect, path.name) is not None
 
 
 def drop_called(

@@ -3,6 +3,7 @@
 import dataclasses
 import re
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 from msgspec.structs import replace
@@ -12,13 +13,18 @@ from verne_post.app.explain_numbers import format_number
 from verne_post.app.height_check import HEIGHT
 from verne_post.app.line_remedies import find_plane
 from verne_post.app.result import Progress
+from verne_post.base.arrays import Array
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import OF_SET_UP, Finding, TurnedPlane, has_line
-from verne_post.model.moves import AXES, Moves, PlaneCall
+from verne_post.model.moves import AXES, Frame, Moves, PlaneCall
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
+
+#: Findings about where a line leads: its numbers alone do not say it where the zero is shifted.
+_OF_PLACES: Final = ("VP101", "VP110", "VP210")
 
 
 def check_program(
@@ -52,19 +58,46 @@ def _check_contour(
 
         found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
         found += report_doubtful_units(program.machine, program.options)
-    return bounds, [_name_plane(program, item) for item in found]
+    return bounds, [_name_frame(program, item) for item in found]
 
 
-def _name_plane(program: Program, item: Finding) -> Finding:
-    """A limit with the tilted plane whose angles may be what is wrong: of a rotary joint the one that turned the table,
-    of VP210 that in which its line moves.
+def _name_frame(program: Program, item: Finding) -> Finding:
+    """A limit with what may be wrong: of a rotary joint the tilted plane that turned the table, of a place the shift
+    and the tilted plane in which its line moves.
     """
-    moves, rotary = program.moves, list(program.machine.coordinates.rotary)
-    if (turn := find_plane(moves, program.machine, item, item.line or 0)) is not None:
-        return dataclasses.replace(item, plane=_make_plane(moves, turn[0]))
-    if item.code != "VP210":
+    if (turn := find_plane(program.moves, program.machine, item, item.line or 0)) is not None:
+        return dataclasses.replace(item, plane=_make_plane(program.moves, turn[0]))
+    rows = np.flatnonzero(program.moves.line == (item.worst_line or item.line or 0))
+    if item.code not in _OF_PLACES or not len(rows):
         return item
-    row = int(np.flatnonzero(moves.line == (item.worst_line or item.line or 0))[-1:].sum())
+    shift = _describe_shift(program.moves, int(rows[-1]))
+    item = dataclasses.replace(item, message=item.message + shift)
+    return _name_plane(program, item, int(rows[-1])) if item.code == "VP210" else item
+
+
+def _describe_shift(moves: Moves, row: int) -> str:
+    """By how much the program has shifted the zero for a move, and since when, as the end of a message; else empty."""
+    shift = _find_shift(moves.frames[moves.frame[row]])
+    shown = [f"{axis} {format_number(by)}" for axis, by in zip("XYZ", shift.tolist(), strict=True) if by]
+    if not shown or row in moves.machine_moves:
+        return ""
+    differs = np.array([bool((_find_shift(frame) != shift).any()) for frame in moves.frames])
+    others = np.flatnonzero(differs[moves.frame[:row]])
+    line = int(moves.line[others[-1] + 1]) if len(others) else 0
+    return f"; the zero is shifted by {', '.join(shown)} mm{f' from line {line} on' * bool(line)}"
+
+
+def _find_shift(frame: Frame) -> Array:
+    """By how much (3,) G52, G92, cycle 7, TRANS or a level plane shifts the zero, mm; a tilted plane has its name."""
+    shift, plane = np.array(frame.g92[:3]), frame.feature
+    if plane is not None and plane.is_programmed and plane.is_level:
+        shift = shift + plane.origin
+    return np.where(np.abs(shift) > ZERO_LENGTH_MM, shift, 0.0)
+
+
+def _name_plane(program: Program, item: Finding, row: int) -> Finding:
+    """VP210 with the tilted plane in which its line moves: its angles may be what is wrong."""
+    moves, rotary = program.moves, list(program.machine.coordinates.rotary)
     plane = next((one for one in reversed(moves.planes) if one.before <= row), None)
     if plane is None or not plane.word or not np.isfinite(moves.end[row, rotary]).all():
         return item
@@ -95,7 +128,7 @@ def _drop_consequences(findings: Sequence[Finding], found: Sequence[Finding]) ->
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     """The same for a part of :func:`guard_joints` that belongs to one source line."""
     own = [item for item in program.findings if line in (item.line, *item.lines)]
-    found = [_name_plane(program, item) for item in check_constraints(joints)[1]]
+    found = [_name_frame(program, item) for item in check_constraints(joints)[1]]
     if program.options.stock is not None or any(item.quantity == DEPARTURE for item in own):
         whole = _check_contour(program)[1]
         own = _drop_consequences(own, whole)

@@ -15,6 +15,7 @@ from verne_post.config.control_tables import merge_keys
 from verne_post.gcode.languages import NO_PROGRAM
 from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.gcode.missing_setup import LENGTH_KEY
+from verne_post.gcode.program_error import CHECK_CALLER, IS_SUBPROGRAM
 from verne_post.gcode.read import read_past_errors
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError
@@ -52,6 +53,8 @@ class SetupDraft(Struct, frozen=True):
     #: Table and name of each key that the program asks for, or whose tool or work system it uses; None where nobody
     #: knows, because of errors.
     used: frozenset[tuple[str, str]] | None = None
+    #: Why the text is a subprogram, or may be one: a tool is not asked for where another program brings it.
+    subprogram: Finding | None = None
     moves: Moves | None = None  #: Of the program with stand-ins for what is missing; None where it has other errors.
 
     @property
@@ -81,10 +84,12 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     wcs: dict[str, WorkOffset | None] = {name_system(system): place for system, place in options.wcs.items()}
     codes: dict[str, str | None] = dict(options.remap)
     keys: dict[tuple[str, ...], None] = {}
+    subprogram = None
     for _ in range(MOST_READINGS):
         found, hidden, moves = _find_errors(source, machine, _assume(options, keys))
+        subprogram = subprogram or next((item for item in found if item.message.endswith(CHECK_CALLER)), None)
         new = [key for item in (*found, *hidden) for key in item.settled_by if key not in keys]
-        if not new or any(item.code == NO_PROGRAM for item in found):
+        if not new or any(item.code == NO_PROGRAM or item.message.startswith(IS_SUBPROGRAM) for item in found):
             break
         keys |= dict.fromkeys(new)
     split = options.split_at_stops or SPLIT_KEY in keys
@@ -111,6 +116,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         needs_length,
         TAPPING_KEY in keys,
         others,
+        subprogram=subprogram,
         moves=moves,
     )
 

@@ -128,7 +128,7 @@ def command(
     """Check programs against every limit, without writing setpoints.
 
     INPUT may be a file, a folder of programs, or a pattern: verne-post check part.nc programs "more/op*.nc"
-    A subprogram of a folder or pattern is checked where it is called.
+    A subprogram in a folder or pattern is checked as a part of each program that calls it, and not by itself.
 
     No rows are written. --decimals, --units and --accept-rounding say how `convert` would round them: check refuses a
     program where rounding alone exceeds a limit (VP018).
@@ -230,6 +230,7 @@ def _check_one(
     """Check one program; what is wrong with its file or its set-up is a finding too."""
     from verne_post.app.convert import check_source
     from verne_post.app.result import refuse_fault, refuse_program
+    from verne_post.cli.callers import name_caller
     from verne_post.model.findings import InputError
     from verne_post.output.findings import Report, describe_unchecked
     from verne_post.output.summary import list_remarks
@@ -253,7 +254,7 @@ def _check_one(
     seconds = result.summary.cycle_time if result.summary else None
     remarked = list_remarks(result.summary) if result.summary else describe_unchecked([result.unchecked])
     elapsed, run = time.perf_counter() - begin, find_given_run(given)
-    found = files.find_lines(result.findings)
+    found = files.find_lines(name_caller(result.findings, name))
     facts = (shown, found, seconds, source, tuple(remarked), result.unchecked)
     return Report(*facts, elapsed_s=elapsed, run=run, called=result.called_files)
 

@@ -153,6 +153,7 @@ def convert_to_files(
         What the format adds to the summary: keys and texts.
     """
     from verne_post.app.convert import convert_source
+    from verne_post.cli.callers import name_caller
     from verne_post.gcode.parameter_file import format_parameter_file
     from verne_post.output.events import format_events
     from verne_post.output.side_car import describe_rows, format_side_car
@@ -160,7 +161,7 @@ def convert_to_files(
 
     spool = Spool(machine.columns)
     result = convert_source(source, machine, options, spool.take, progress)
-    result = dataclasses.replace(result, findings=files.find_lines(result.findings))
+    result = dataclasses.replace(result, findings=files.find_lines(name_caller(result.findings, options.source_name)))
     if not result.ok:
         return result, ()
     assert result.summary is not None

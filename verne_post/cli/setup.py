@@ -54,14 +54,15 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
 
     The command keeps the values of an existing set-up, adds those that are missing, and marks those that the program
     does not use. It prints errors that no set-up can correct: check and convert refuse the program until you correct
-    them. It writes nothing if the text is not a program. Exit status: 0 the file is written, or has all that the
-    program needs, also if the program has errors; 2 unusable input.
+    them. It writes nothing if the text is not a program, or is a subprogram. Exit status: 0 the file is written, or has
+    all that the program needs, also if the program has errors; 2 unusable input.
 
     \b
     Example:
     verne-post setup part.nc
     """
     from verne_post.gcode.languages import NO_PROGRAM
+    from verne_post.gcode.program_error import IS_SUBPROGRAM
     from verne_post.model.findings import InputError
 
     name = show_name(input_name)
@@ -81,6 +82,8 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
             text, missing, others, said = _extend_setup(name, source, machine, options, before, given)
         if unread := [item for item in others if item.code == NO_PROGRAM]:
             raise InputError(*unread)
+        if any(item.message.startswith(IS_SUBPROGRAM) for item in others):
+            raise InputError(*others)
     except InputError as error:
         return refuse(name, error)
     if base is None:  # the form has no key for these tools: what settles them is in the program
@@ -174,7 +177,18 @@ def make_setup(
     doubts = _list_doubts(source, draft, options)
     head, rest = text.split("\n", 1)
     text = "\n".join([head, *(f"# {make_printable(doubt)}" for doubt in doubts), rest])
-    return text, list_missing(draft.missing), draft.others, said + _name_doubts(doubts)
+    return text, list_missing(draft.missing), _list_others(name, draft), said + _name_doubts(doubts)
+
+
+def _list_others(name: str, draft: "SetupDraft") -> "tuple[Finding, ...]":
+    """Errors that a set-up does not settle; of a subprogram, that it is one: its caller has the set-up."""
+    from verne_post.cli.callers import name_caller
+    from verne_post.gcode.program_error import IS_SUBPROGRAM
+
+    if draft.subprogram is None:
+        return draft.others
+    found = name_caller(dict.fromkeys((*draft.others, draft.subprogram)), name)
+    return found if any(item.message.startswith(IS_SUBPROGRAM) for item in found) else draft.others
 
 
 def _list_doubts(source: "Text", draft: "SetupDraft", options: "Options") -> list[str]:
@@ -257,4 +271,4 @@ def _extend_setup(
     if extended.tool_file and (missing["length"] or missing["diameter"]):
         said += f"its tools are in {make_printable(extended.tool_file)}; "
     said += _name_doubts(_list_doubts(source, draft, options))
-    return extended.text, list_missing(missing), draft.others, said
+    return extended.text, list_missing(missing), _list_others(name, draft), said

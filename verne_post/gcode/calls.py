@@ -43,6 +43,10 @@ class CallStack(Generic[_Text, _Frame]):
         """What the language keeps for the call that is executed."""
         return self._frames[-1]
 
+    def list_frames(self) -> list[_Frame]:
+        """The same for every call inside which it is; that of the program itself is the first."""
+        return self._frames
+
     @property
     def in_call(self) -> bool:
         """True inside a subprogram."""

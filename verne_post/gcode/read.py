@@ -25,6 +25,7 @@ from verne_post.gcode.program_error import IS_SUBPROGRAM
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
+from verne_post.gcode.subprograms import explain_subprogram, has_own_tool, keep_one
 from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Finding, InputError, Remedy
 from verne_post.model.moves import Frame, Moves
@@ -276,8 +277,10 @@ def _make_refusal(
 ) -> InputError:
     """The errors of a program, planes kept over a change of tools, and missing offsets where a tool is missing."""
     found = _find_cause(source, errors, dialect, setup)
-    if any(item.message.startswith(IS_SUBPROGRAM) for item in found):  # tools and places are those of its caller
-        found = [item for item in found if not item.settled_by]
+    if subprogram := next((item for item in found if item.message.startswith(IS_SUBPROGRAM)), None):
+        found = keep_one(found, subprogram)
+    elif not has_own_tool(execution.recorder):
+        found = explain_subprogram(source, found, name_dialect(dialect), setup.source_name)
     codes = {item.code for item in found}
     holds_plane = setup.machine and any(plane.word for plane in execution.recorder.planes)
     if execution.recorder.count and (holds_plane or codes & {"VP008", "VP012", "VP018"}):

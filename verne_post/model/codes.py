@@ -70,7 +70,8 @@ CODES: Final[dict[str, Code]] = _make_table(
     ("VP010", "program does not end", "error",
      "The file ends without M2, M30 or a closing %. Two cases are warnings, because a control may not load such "
      "a program: (1) BEGIN PGM or END PGM of a Klartext program is missing, or they differ in name or unit. (2) "
-     "A Fanuc program has a closing %, without M30 or M2 before it.",
+     "A Fanuc program has a closing %, without M30 or M2 before it. Or the file is a subprogram, to which another "
+     "program brings the tool: check that program.",
      ""),
     ("VP011", "axis that the machine lacks", "error",
      "The program names an axis that this machine does not have.",

@@ -14,7 +14,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, describe, describe_trial, list_found
+from verne_post.model.findings import CalledPlace, Finding, describe, describe_trial, list_found
 from verne_post.model.verdict import (
     OF_THE_PART,
     Severity,
@@ -360,6 +360,11 @@ _KEYS: Final = (
 )
 
 
+def locate_call(program: str, place: CalledPlace) -> CalledPlace:
+    """A place in a called file, which is named as the program is: from where the run is, not from the program."""
+    return place._replace(file=str(Path(program).parent / place.file))
+
+
 def make_records(findings: Sequence[Finding], program: str, run: Run = NO_RUN) -> list[dict[str, Any]]:
     """Findings as JSON values, in the order of the documentation."""
     counted_with = {index: cause.indices[0] for cause in find_causes(findings) for index in cause.indices[1:]}
@@ -368,7 +373,7 @@ def make_records(findings: Sequence[Finding], program: str, run: Run = NO_RUN) -
             **{key: getattr(item, key) for key in _KEYS},
             "message": item.full_message,
             "plane": item.plane and item.plane._asdict(),
-            **({} if item.called is None else dict(zip(OF_FILE, item.called, strict=True))),
+            **({} if item.called is None else dict(zip(OF_FILE, locate_call(program, item.called), strict=True))),
             "remedies": list_found(item.remedies),
             "settled_by": [".".join(key) for key in item.settled_by],
             "remedy": describe_remedy(item, program, run),

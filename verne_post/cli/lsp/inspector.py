@@ -15,7 +15,6 @@ import numpy as np
 from msgspec import Struct, field, structs
 
 from verne_post.app.assemble import build_interpreter_setup, count_executions, find_state_if_executed
-from verne_post.app.called_files import is_subprogram, may_be_called
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_called_line, look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
@@ -26,11 +25,11 @@ from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks, split_lines
 from verne_post.base.stopping import stop_by
+from verne_post.cli.callers import Callers, add_call, is_head, straighten
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_variable
-from verne_post.cli.lsp.callers import Callers, add_call, is_head, straighten
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.options import build_options, find_settings
 from verne_post.cli.programs import is_setup
@@ -43,6 +42,7 @@ from verne_post.gcode.line_words import ARGUMENT, Word
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.pasted_line import find_given_values, find_words
 from verne_post.gcode.read import find_state_past_errors
+from verne_post.gcode.subprograms import OF_WORDS, is_of_words, is_subprogram, may_be_called
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
@@ -65,10 +65,8 @@ _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
 _OF_A_MACHINE: Final = re.compile(r"^\[?(schema|kind|module|chain|joints|limits|provenance|control)\b", re.MULTILINE)
 _ENOUGH: Final = 3
 _SETTINGS_TABLE: Final = "[tool.verne-post"
-#: Errors of a text that no caller, set-up or value changes.
-_OF_WORDS: Final = ("VP001", "VP002", "VP003", "VP004", "VP022", "VP023", "VP032")
 #: Those of the words of one block, whatever leads to it.
-_OF_BLOCKS: Final = _OF_WORDS[:4]
+_OF_BLOCKS: Final = OF_WORDS[:4]
 #: Keys of a set-up that change how words are read.
 _OF_READING: Final = re.compile(r"\b(?:dialect|block_delete|control|fanuc|rs274|siemens|heidenhain|aptcl|parameters)\b")
 #: What only a call of a subprogram tells, and what is said where none is found.
@@ -245,7 +243,7 @@ class Inspector:
         own = [
             replace(item, edits=item.edits or told.get((item.line, item.code), ()))
             for item in own
-            if (item.line or 0) <= last and ((item.line, item.code) in told or _is_of_words(item))
+            if (item.line or 0) <= last and ((item.line, item.code) in told or is_of_words(item))
         ]
         places = {(item.line, item.code) for item in own}  # with their columns
         found.findings = (*(item for item in found.findings if (item.line, item.code) not in places), *own)
@@ -308,7 +306,7 @@ class Inspector:
             return ()
         alone = self._check_program(path, texts, superseded, None, given | {"setup_file": NONE}, only_cause=True)
         own = (one for one in alone.findings if one.severity == "error" and one.file is None)
-        return tuple(one for one in own if one.code != "VP022" and _is_of_words(one))
+        return tuple(one for one in own if one.code != "VP022" and is_of_words(one))
 
     def _check_once(
         self,
@@ -593,11 +591,6 @@ def _describe_pose(shown: Line, head: str) -> str:
     """The pose of a line, under its time and feed."""
     pose = "\n".join(describe_pose(shown))
     return f"{head}\n\n```text\n{pose}\n```"
-
-
-def _is_of_words(item: Finding) -> bool:
-    """Whether a finding stays whoever calls the text: a caller gives variables, and its set-up the meaning of codes."""
-    return item.code in _OF_WORDS and not item.settled_by and "not defined (DEF)" not in item.message
 
 
 def _list_in_file(findings: Iterable[Finding], name: str) -> Iterator[Finding]:

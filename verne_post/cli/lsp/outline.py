@@ -10,14 +10,14 @@ from typing import Final
 from lsprotocol import types as lsp
 from msgspec import Struct
 
-from verne_post.app.called_files import NUMBER, list_code
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_end, remove_remarks
-from verne_post.cli.lsp.callers import LARGEST_NEIGHBOUR
+from verne_post.cli.callers import LARGEST_NEIGHBOUR
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import BLOCK_NUMBER, ToolChange, find_tool_remarks, list_heads, list_tool_changes
 from verne_post.gcode.siemens.vocabulary import CYCLES, has_meaning
+from verne_post.gcode.subprograms import NUMBER, list_code
 from verne_post.model.findings import UsageError
 
 

@@ -170,7 +170,8 @@ class KlartextContour:
             self.change_feed_mode(FeedMode.PER_REVOLUTION)
             self.core.set_feed(self.frames.convert_length(per_turn))
         if value is not None:
-            self.set_feed_word(value)
+            with statement.place_errors(words.columns["F"]):
+                self.set_feed_word(value)
 
     def set_feed_word(self, value: float) -> None:
         """Put a number after F in force, per turn under M136."""

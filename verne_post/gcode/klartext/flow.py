@@ -117,14 +117,16 @@ class KlartextFlow:
     def _label(self, name: str, line: int, *, is_jump: bool = False) -> int:
         labels = self.calls.text.labels
         if name not in labels:
-            text, number = f"LBL {name} is not in the program", find_meant_number(name, labels)
+            running = set() if is_jump else {call.label for call in self.calls.list_frames()}  # which no call means
+            others = [one for one in labels if one not in running]
+            text, number = f"LBL {name} is not in the program", find_meant_number(name, others)
             if number:
                 edit = Remedy(f"write LBL {number}", f"LBL {number}", line=line, misspelt=f"LBL {name}")
                 error = ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
                 error.passes_to = labels[number] if is_jump else 0
                 raise error
-            near = find_meant(name, labels, slip_alone=True, least=3)
-            numbers = list_near_numbers(name, labels, DIGITS_OF_LABELS)
+            near = find_meant(name, others, slip_alone=True, least=3)
+            numbers = list_near_numbers(name, others, DIGITS_OF_LABELS)
             text += f"; it has {name_numbers(numbers, 'LBL ')}" if numbers else ""
             edits = write_numbers(numbers, name, "LBL ", line)
             message = f'"{name}": {text}; did you mean "{near}"?' if near else text

@@ -28,7 +28,7 @@ from verne_post.gcode.machining.machining import warn_of_deviation
 from verne_post.gcode.machining.turning import warn_of_late_tcp
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
-from verne_post.gcode.program_error import At, ProgramError, write_before
+from verne_post.gcode.program_error import At, ProgramError, locate_errors, write_before
 from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9, FeedMode, MoveKind
 from verne_post.model.part_setup import Tool, describe_tool_number
@@ -77,7 +77,8 @@ class KlartextFunctions:
             if axis.group(1) != "Z":
                 what = f"tool axis {axis.group(1)}: the spindle of this machine points along Z"
                 raise statement.error("VP017", what, at - 1)
-        words = read_words(replace(statement, rest=text[at:], begin=statement.begin + at), self.q)
+        statement = replace(statement, rest=text[at:], begin=statement.begin + at)  # of which the words have columns
+        words = read_words(statement, self.q)
         speed, feed = words.take("S"), words.take("F")
         delta = self.frames.convert_length(words.take("DL") or 0.0), self.frames.convert_length(words.take("DR") or 0.0)
         for name in ("FZ", "FU"):
@@ -89,13 +90,14 @@ class KlartextFunctions:
             raise statement.error("VP002", "DR2 is not executed: radii of ball ends are not compensated")
         words.check_used(statement)
         if feed is not None:
-            self.core.set_feed(self.contour.read_feed_word(feed))
+            with statement.place_errors(words.columns["F"]):
+                self.core.set_feed(self.contour.read_feed_word(feed))
             self.contour.call_feed = feed
             self.contour.change_feed_mode(FeedMode.PER_MINUTE)
         if number is not None:
             self.core.refuse_compensation("TOOL CALL")
             self.warn_of_tcp("TOOL CALL")
-            self._change(number, *delta, column=statement.begin + at - len(text[:at].lstrip()) + 1)
+            self._change(number, *delta, column=statement.begin - len(text[:at].lstrip()) + 1)
             if feed is not None:
                 self.core.recorder.note_feed()
         elif any(delta):
@@ -353,7 +355,8 @@ class KlartextFunctions:
         distance = None if word.to_limit else self.frames.convert_length(word.words["MB"])
         with self.core.keep_feed():
             if "F" in word.words:
-                self.contour.set_feed_word(word.words["F"])
+                with locate_errors(word.column):
+                    self.contour.set_feed_word(word.words["F"])
             self.retract(distance, MoveKind.FEED if "F" in word.words else MoveKind.RAPID)
 
     def retract(self, distance: float | None, kind: MoveKind) -> None:

@@ -98,7 +98,8 @@ class KlartextPaths:
                 end[axis] = self.frames.convert_length(value)
             bound = MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG
             if self.setup.machine and abs(value) > bound:
-                raise statement.error("VP007", f"{letter}{value:g} is beyond any machine")
+                place = words.columns.get(letter, words.columns.get("I" + letter))
+                raise statement.error("VP007", f"{letter}{value:g} is beyond any machine", place)
             axes.append(axis)
         if 2 in axes:
             self._refuse_step_of_length(is_step="Z" in steps)

@@ -23,7 +23,7 @@ from verne_post.gcode.klartext.patterns import KlartextPatterns
 from verne_post.gcode.klartext.planes import KlartextPlanes
 from verne_post.gcode.klartext.q_parameters import assign, execute_fn, label_of
 from verne_post.gcode.klartext.settings import KlartextSettings
-from verne_post.gcode.klartext.statements import Statement, refuse_label
+from verne_post.gcode.klartext.statements import Statement, count_blanks, refuse_label
 from verne_post.gcode.klartext.words import Words, read_words
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import warn_of_curve
@@ -37,6 +37,7 @@ PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
 _APPROACH: Final = re.compile(r"[ \t]*(P?)(LT|LN|CT|LCT)(?![A-Z])")
 _LABEL: Final = re.compile(r"[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))(?=[ \t]|$)")
 _REPEAT: Final = re.compile(rf"[ \t]+REP[ \t]*({VALUE})(?:[ \t]*/[ \t]*\d+)?[ \t]*$")
+_TARGET: Final = re.compile(r"GOTO[ \t]+LBL[ \t]*")
 _MAX_REPEATS: Final = 65_534
 
 
@@ -349,7 +350,8 @@ class Klartext:
             raise statement.error("VP001", text, match.end(), edits)
         count = read_value(repeat.group(1), self.q)
         if count != round(count) or not 0 <= count <= _MAX_REPEATS:
-            raise statement.error("VP007", f"REP {count:g}: repeats are whole, up to {_MAX_REPEATS}")
+            text = f"REP {count:g}: repeats are whole, up to {_MAX_REPEATS}"
+            raise statement.error("VP007", text, match.end() + repeat.start(1))
         self.jump = Jump("repeat", name, round(count), column)
 
     def _label(self, statement: Statement) -> None:
@@ -368,7 +370,7 @@ class Klartext:
         name = name[:-2] if name.endswith(".h") else name
         if not name or "." in name:
             raise statement.error("VP023", f"CALL PGM {text[:30]}: expected the name of a Klartext program (.H)")
-        self.jump = Jump("program", name)
+        self.jump = Jump("program", name, column=statement.find_place(count_blanks(statement.rest))[1])
 
     def _assign_parameter(self, statement: Statement) -> None:
         assign(statement, self.q)
@@ -376,7 +378,8 @@ class Klartext:
     def _compute_function(self, statement: Statement) -> None:
         answer = execute_fn(statement, self.q)
         if answer.label is not None:
-            self.jump = Jump("goto", answer.label)
+            label = _TARGET.search(statement.rest)
+            self.jump = Jump("goto", answer.label, column=label and statement.find_place(label.end())[1])
         if answer.message is not None:
             self.recorder.record_event(self.frames.block.line, "not executed", text=answer.message)
 

@@ -337,7 +337,8 @@ class KlartextSettings:
             raise _refuse_value(statement, "SCL", "a factor", "SCL 0.95")
         factor = read_value(match.group(1), self.q)
         if not 1e-6 <= factor <= 99.999999:
-            raise statement.error("VP007", f"SCL{factor:g}: a factor lies between 0.000001 and 99.999999")
+            text = f"SCL{factor:g}: a factor lies between 0.000001 and 99.999999"
+            raise statement.error("VP007", text, statement.rest.rindex(match.group(1)))
         self._set_map("scale", active=factor != 1.0).scale = factor
         self.frames.refresh_frame()
 
@@ -414,6 +415,7 @@ class KlartextSettings:
                 "VP007",
                 f"Q339={value:g}: presets are 0 to {top}: 0 is G54 of --wcs, 1 to 9 are G54 to G59.3, others "
                 "G54.1P10 ...",
+                head.at + head.rest.rindex("Q"),
             )
         if system == 1 and self.frames.modes.called_preset not in (None, number):
             raise statement.error(
@@ -450,7 +452,7 @@ class KlartextSettings:
             raise statement.error("VP001", "expected T and the tolerance", head.at)
         value = self.frames.convert_length(read_value(match.group(1), self.q))
         if value < 0:
-            raise statement.error("VP007", f"T{value:g}: a tolerance is not negative")
+            raise statement.error("VP007", f"T{value:g}: a tolerance is not negative", head.at)
         self.core.set_path_control(PathControl(PathMode.BLEND, value) if value else PathControl())
 
     def _dwell_time(self, statement: Statement, head: Head) -> None:

@@ -84,7 +84,7 @@ class Statement(Struct, frozen=True):
 
     def error(self, code: str, message: str, at: int | None = None, edits: tuple[Remedy, ...] = ()) -> ProgramError:
         """An error of this statement, at a place of ``rest``: what stands behind blanks there."""
-        line, column = (None, None) if at is None else self.find_place(at + _count_blanks(self.rest[at:]))
+        line, column = (None, None) if at is None else self.find_place(at + count_blanks(self.rest[at:]))
         return ProgramError(code, message, column, line if line != self.line else None, edits=edits)
 
     def refuse_word(self, wrong: str, what: str, *rights: str, at: int) -> ProgramError:
@@ -110,7 +110,7 @@ class Statement(Struct, frozen=True):
         return self.line + number, at - begin + 1
 
 
-def _count_blanks(text: str) -> int:
+def count_blanks(text: str) -> int:
     """Those before the first word; none where no word follows."""
     word = text.lstrip(" \t")
     return len(text) - len(word) if word else 0

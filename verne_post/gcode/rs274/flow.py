@@ -7,6 +7,7 @@ conditions, counters, calls with their arguments and names.
 import dataclasses
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
 from verne_post.base.numbers import is_count
@@ -14,7 +15,14 @@ from verne_post.base.suggestions import find_meant, list_near_numbers, name_numb
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, list_near_programs, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
-from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_FILE, ProgramError, locate_errors, write_numbers
+from verne_post.gcode.program_error import (
+    CHECK_CALLER,
+    CLOSE_IN_ORDER,
+    GIVE_FILE,
+    ProgramError,
+    locate_errors,
+    write_numbers,
+)
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
@@ -211,10 +219,11 @@ class Flow:
         name = label.strip("<>")
         text_of_file = self._find_file(name)
         if text_of_file is None:
-            names = [one.strip("<>") for one in self.calls.main.structure.subs if not is_count(one)]
-            near = find_meant(name, names, self.interpreter.setup.subroutines, slip_alone=True)
-            numbers = [one for one in self.calls.main.structure.subs if is_count(one)]
-            near_numbers = list_near_numbers(name, numbers)
+            running = self._list_running()
+            names = {one.strip("<>") for one in self.calls.main.structure.subs} - running
+            files = self.interpreter.setup.subroutines.keys() - running
+            near = find_meant(name, sorted(one for one in names if not is_count(one)), sorted(files), slip_alone=True)
+            near_numbers = list_near_numbers(name, sorted(filter(is_count, names)))
             near_text = name_numbers(near_numbers, "o")
             raise ProgramError(
                 "VP023",
@@ -310,7 +319,7 @@ class Flow:
             text = (
                 "M99 in the main program starts it again, without end; end it with M2 or M30, or, if it is a subprogram"
             )
-            raise ProgramError("VP024", f"{text}, check the program that calls it")
+            raise ProgramError("VP024", f"{text}, {CHECK_CALLER}")
         if not frame.program:
             raise ProgramError(
                 "VP023", f"M99 in a subroutine that o{frame.label} call has called; expected endsub or return"
@@ -449,7 +458,16 @@ class Flow:
     def _find_near_files(self, label: str) -> list[str]:
         """Numbers of files beside the program of which another number may be a slip."""
         files = (one.removeprefix("o") for one in self.interpreter.setup.subroutines)
-        return list_near_programs(label, {one.lstrip("0") for one in files if one.isdecimal()})
+        numbers = {one.lstrip("0") for one in files if one.isdecimal()}
+        return list_near_programs(label, numbers - self._list_running())
+
+    def _list_running(self) -> set[str]:
+        """The numbers and names of the programs that run already: none of them is what a call means."""
+        main = self.calls.main
+        own_name = Path(self.interpreter.setup.source_name).stem.lower()
+        numbers = {one for one, line in main.structure.programs.items() if main.is_head(line)}
+        labels = {frame.label.strip("<>") for frame in self.calls.list_frames() if frame.label}
+        return numbers | labels | {own_name, own_name.removeprefix("o").lstrip("0")}
 
     @property
     def _is_in_main(self) -> bool:
@@ -457,11 +475,5 @@ class Flow:
 
     def _find_near_programs(self, label: str) -> list[str]:
         """Numbers of programs of this text of which another number may be a slip."""
-        main = self.calls.main
-        numbers = {
-            one
-            for text in (self.calls.text, main)
-            for one, line in text.structure.programs.items()
-            if not (text is main and main.is_head(line))
-        }
-        return list_near_programs(label, numbers)
+        numbers = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
+        return list_near_programs(label, numbers - self._list_running())

@@ -15,7 +15,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_number, correct_word, execute_as_meant, shift_back
 from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
-from verne_post.gcode.program_error import IS_SUBPROGRAM, ProgramError, end_with
+from verne_post.gcode.program_error import CHECK_CALLER, IS_SUBPROGRAM, ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.flow import Flow
 from verne_post.gcode.rs274.interpreter import Rs274
@@ -361,7 +361,7 @@ class _BlockRun:
                 execution.recorder.note_once("VP010", what, self.calls.line, edits, severity="warning")
             return False
         elif not execution.recorder.count and not execution.errors and _has_subprograms(text):
-            what = f"{IS_SUBPROGRAM}, and nothing calls it here; check the program that calls it"
+            what = f"{IS_SUBPROGRAM}, and nothing calls it here; {CHECK_CALLER}"
             execution.report_at_line("VP010", what, max(text.n_lines, 1), advice="")
             return False
         else:

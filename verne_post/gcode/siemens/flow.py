@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from verne_post.base.printable import join_names
 from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.calls import CallStack
-from verne_post.gcode.program_error import GIVE_FILE, IS_SUBPROGRAM, ProgramError, write_words
+from verne_post.gcode.program_error import CHECK_CALLER, GIVE_FILE, IS_SUBPROGRAM, ProgramError, write_words
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.siemens.calls import (
@@ -418,7 +418,7 @@ class Flow:
         missing = find_missing_values(call, procedure, line)
         if missing is not None:
             names = join_names(missing.names)
-            text = f"{IS_SUBPROGRAM}, and a call gives it {names}; check the program that calls it"
+            text = f"{IS_SUBPROGRAM}, and a call gives it {names}; {CHECK_CALLER}"
             missing = replace(missing, message=text, remedy="")
             self.calls.frame.missing = missing  # which errors of later lines follow from
             error = ProgramError("VP005", text, missing.column, missing.line, of_program=True)

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Final
 
 from verne_post.base.printable import format_json
@@ -13,7 +12,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.causes import Cause, describe_other, find_causes
 from verne_post.output.code_pages import make_markdown, make_text
-from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies, list_unchecked
+from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies, list_unchecked, locate_call
 from verne_post.output.policy import make_fingerprint, make_uri
 
 #: Code hosts read no more results of a run.
@@ -99,8 +98,7 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
     ]
     related += [{**_make_location(report.program, one), "message": {"text": "here too"}} for one in again]
     if item.called is not None:
-        file = str(Path(report.program).parent / item.called.file)
-        line, column = item.called.line, item.called.column
+        file, line, column = locate_call(report.program, item.called)
         there = replace(item, file=file, file_line=line, file_column=column, last_line=None, called=None)
         related.append({**_make_location(report.program, there), "message": {"text": "it stands here"}})
     fingerprint = make_fingerprint(report, item, seen)

@@ -1,14 +1,19 @@
 """The program that calls a file, whose own run alone tells what is wrong in it, and texts that execute that file."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from verne_post.app.called_files import LANGUAGES, PROC, SUB, has_call, is_subprogram, list_code
+from verne_post.app.called_files import LANGUAGES, has_call
 from verne_post.app.program_folders import PROGRAMS
 from verne_post.base.program_lines import remove_remarks, split_lines
+from verne_post.cli.files import show_name
+from verne_post.gcode.program_error import CHECK_CALLER, IS_SUBPROGRAM
+from verne_post.gcode.subprograms import PROC, SUB, is_subprogram, keep_one, list_code
+from verne_post.model.findings import Finding
 
 #: Files beside a subprogram in which its call is sought; bytes of each, and of all: they are read while it is typed.
 MOST_NEIGHBOURS: Final = 1_000
@@ -43,6 +48,18 @@ def straighten(text: str, dialect: str) -> str:
     lines = split_lines(add_call(text, dialect))
     last = max((number for number, line in enumerate(lines) if remove_remarks(line, dialect).strip(" \t%")), default=0)
     return "\n".join(_FLOW.sub("", line) if number < last else line for number, line in enumerate(lines))
+
+
+def name_caller(findings: Iterable[Finding], program: str) -> tuple[Finding, ...]:
+    """The findings of a program: where they doubt that it is one, and a program beside it calls it, they are one."""
+    found = tuple(findings)
+    told = next((item for item in found if item.message.endswith(CHECK_CALLER)), None)
+    if told is None or not Path(program).is_file() or (caller := Callers().find(Path(program), {})) is None:
+        return found
+    is_one = told.message.startswith(IS_SUBPROGRAM)
+    why = told.message.removesuffix(CHECK_CALLER) if is_one else f"{IS_SUBPROGRAM}; "
+    message, code = f"{why}check {show_name(str(caller))}, which calls it", told.code if is_one else "VP010"
+    return tuple(keep_one(found, replace(told, code=code, message=message, settled_by=(), edits=(), advice="")))
 
 
 class Callers:
