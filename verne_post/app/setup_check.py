@@ -343,7 +343,7 @@ def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Ite
 
 def _check_uncalled_tools(moves: Moves, options: Options) -> Iterator[Finding]:
     """VP041: the set-up gives this program alone a tool that no line of it calls: a tool call may be missing."""
-    if _may_call_others(moves, options):
+    if _may_call_others(options):
         return
     called = set(moves.list_called_tools()) | moves.read_tools
     keys = [tool.key for number, tool in (options.tools or {}).items() if tool.key and number not in called]
@@ -360,7 +360,7 @@ def _check_uncalled_shapes(moves: Moves, options: Options) -> Iterator[Finding]:
     """
     called, shapes = [number for number in moves.list_called_tools() if number], options.tool_shapes
     is_used = bool(options.keep_out) or options.stock is not None
-    if not (is_used and called and shapes and shapes.keys().isdisjoint(called)) or _may_call_others(moves, options):
+    if not (is_used and called and shapes and shapes.keys().isdisjoint(called)) or _may_call_others(options):
         return
     names = moves.name_tools()
     cutters = ", ".join(describe_tool_number(number, names) for number in called)
@@ -374,10 +374,9 @@ def _check_uncalled_shapes(moves: Moves, options: Options) -> Iterator[Finding]:
     yield make_finding("VP018", text + meant, severity="warning", advice=advice)
 
 
-def _may_call_others(moves: Moves, options: Options) -> bool:
-    """Whether a line before, a block that is skipped or a code of the builder may call a tool."""
-    is_hidden = options.from_line is not None or options.block_delete
-    return bool(is_hidden) or any(event.kind == "remapped" for event in moves.events)
+def _may_call_others(options: Options) -> bool:
+    """Whether a line before or a block that is skipped may call a tool."""
+    return options.from_line is not None or bool(options.block_delete)
 
 
 def _find_implausible(options: Options) -> Iterator[str]:
