@@ -331,6 +331,17 @@ def test_the_feed_rate_of_the_tool_before(dialect):
     assert check_text(dialect, program.format(first, same)) == []
 
 
+@pytest.mark.parametrize("cycle", ["CYCLE81(20,0,2,-5)", "CYCLE83(20,0,2,-5,,-3,,2,0,0,1,0)"])
+@pytest.mark.parametrize("own", ["", "F400\n"])
+def test_a_cycle_of_siemens_has_the_feed_rate_of_the_tool_before(cycle, own):
+    """The strokes of CYCLE83 counted as if each gave a feed rate."""
+    calls, program, cuts = TWO_TOOLS["siemens"]
+    bodies = [cuts.format(call) for call in calls]
+    bodies[1] = "".join(f"{own}{cycle}\n" if "F400" in line else f"{line}\n" for line in bodies[1].splitlines())
+    found = [item[:3] for item in check_text("siemens", program.format(*bodies)) if item[0] == "VP009"]
+    assert (found[:1] != []) == (own == ""), found
+
+
 @pytest.mark.parametrize(("cut", "line"), [("G81 Z1. R3.", 18), ("G81 Z1. R3. F200.", None)])
 def test_a_cycle_has_the_feed_rate_of_the_tool_before(cut, line):
     calls, program, cuts = TWO_TOOLS["fanuc"]
