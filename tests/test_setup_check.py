@@ -808,6 +808,29 @@ def test_a_code_of_the_builder_changes_the_tool_and_starts_the_spindle(dialect):
     assert [(item.code, item.message) for item in checked.findings if item.severity != "note"] == []
 
 
+@pytest.mark.parametrize(
+    ("text", "is_told"),
+    [
+        ("X15.Y-5.; Z41.25 C30.", True),
+        ("X15. Y-5. ;Z41.;C30.;", True),
+        ("X15. Y-5.;", False),
+        ("X15. ; TO Z5", False),
+        ("X15. (SLOT; Z5.)", False),
+        ("; X15. Y5.", False),  # a line that is taken out
+        ("N90 ; X15.", False),
+        ("M8 ; X15.", False),
+        ("X15. ; T1 S900", False),
+    ],
+)
+def test_words_of_axes_behind_a_semicolon(text, is_told):
+    """On a Fanuc ; ends the block: what stood behind it was lost without a word."""
+    source = f"G21 G90 G94 G54\nT1 M6\nS900 M3\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F500.\n{text}\n{text}\nG0 Z50.\nM30\n"
+    for dialect in ("fanuc", "rs274"):
+        options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect=dialect, split_at_stops=True)
+        items = [item for item in check(source, "verne", options).findings if item.code == "VP001"]
+        assert [(item.line, item.severity) for item in items] == [(6, "warning")] * (is_told and dialect == "fanuc")
+
+
 def find_idle_cuts(program, dialect="rs274", **more):
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect=dialect, split_at_stops=True, **more)
     found = check(program, "verne", options).findings

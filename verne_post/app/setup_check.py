@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from verne_post.app.arc_check import check_arcs, drop_helices
 from verne_post.app.axis_check import check_axes, check_normals, check_rotary_words
+from verne_post.app.block_end_check import check_block_ends
 from verne_post.app.diameter_check import check_diameters
 from verne_post.app.height_check import check_heights
 from verne_post.app.length_check import check_lengths
@@ -94,6 +95,7 @@ def check_setup(
         *found,
         *check_normals(source, moves, machine.coordinates, from_move),
         *check_diameters(source, moves, options),
+        *check_block_ends(source, options),
         *map(called.place, check_pitches(source, moves, options, from_move)),
         *check_rotary_words(source, moves, machine.coordinates, from_move),
         *check_tolerances(source, moves, path, from_move),
