@@ -53,8 +53,8 @@ def check_senses(moves: Moves, machine: Machine) -> Iterator[Finding]:
             text = (
                 f"{angles} before the plane of {plane.word} in line {plane.line}, which "
                 f"line {end} turns to {AXES[tilt]}{other_a:.6g} {AXES[turn]}{other_c:.6g}: the named angles would hold "
-                f"this plane if {' or '.join(wrong)} had the opposite sense; {asked}compare {keys} of [table], or positive "
-                "of the joint, in the machine file with the control"
+                f"this plane if {' or '.join(wrong)} had the opposite sense; {asked}compare {keys} of [table], or "
+                "positive of the joint, in the machine file with the control"
             )
             advice = _CORRECT_ANGLES if is_measured else None
             yield make_finding("VP054", text, line=line, last_line=line, worst_line=line, advice=advice)
