@@ -1,4 +1,4 @@
-"""Words of axes behind a semicolon, which ends a block on a Fanuc control and begins a remark here (VP001)."""
+"""Words of axes after a semicolon, which ends a block on a Fanuc control and begins a remark here (VP001)."""
 
 import re
 from collections.abc import Iterator
@@ -15,12 +15,12 @@ _AXIS: Final = re.compile(rb"[XYZABC][ \t]*+[-+]?[ \t]*+\.?\d", re.IGNORECASE)
 #: Words with numbers, and nothing else: remarks in words are none.
 _WORDS: Final = re.compile(rb"(?:[ \t;]*+[A-Z][ \t]*+[-+]?(?:\d++\.?\d*+|\.\d++))++[ \t;]*+\r?", re.IGNORECASE)
 _ADVICE: Final = (
-    "Write the words behind ; into a line of their own if they are a block, or in parentheses if they are a remark."
+    "Write the words after ; into a line of their own if they are a block, or in parentheses if they are a remark."
 )
 
 
 def check_block_ends(source: Text, options: Options) -> Iterator[Finding]:
-    """VP001, a warning, once a program: words of axes behind a semicolon that itself stands behind words of axes."""
+    """VP001, a warning, once a program: words of axes after a semicolon that itself stands after words of axes."""
     if source.find(b";") < 0 or choose_dialect_name(options.dialect, source, options.source_name) != "fanuc":
         return
     found: Finding | None = None
@@ -34,7 +34,7 @@ def check_block_ends(source: Text, options: Options) -> Iterator[Finding]:
             found = add_line(found, line)
             continue
         text = (
-            f"{decode_line(tail).strip(' ;')} is read as a remark and not executed, because it stands behind a "
+            f"{decode_line(tail).strip(' ;')} is read as a remark and not executed, because it stands after a "
             "semicolon; a control may take that for the end of a block and execute what follows"
         )
         where = {"line": line, "last_line": line, "worst_line": line, "column": len(decode_line(head)) + 1}

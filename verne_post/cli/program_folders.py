@@ -1,5 +1,6 @@
 """Programs in folders: by which endings they are known, and where none are looked for."""
 
+import re
 from pathlib import Path
 from typing import Final
 
@@ -21,6 +22,9 @@ PROGRAMS: Final = (
     ".ncl",
     ".cl",
 )
+#: So programs begin: with % alone in its line, O and a number, or BEGIN PGM. So many bytes are read for that.
+_BEGIN: Final = re.compile(rb"\s*+(?:%[ \t]*+\r?\n|[O:]\d++\s|(?:0[ \t]++)?BEGIN PGM\b)")
+_HEAD: Final = 400
 LOOKED_FOR: Final = f"looked for {', '.join(PROGRAMS)}, but not in hidden folders"
 
 
@@ -39,6 +43,21 @@ def find_programs_inside(folder: Path, but_in: Path | None, wrong: list[str]) ->
     ]
     own = [one for one in files if left_out is None or left_out not in one.resolve().parents]
     return [(str(one), one.relative_to(folder)) for one in own]
+
+
+def find_passed_over(folder: Path) -> list[Path]:
+    """Files of a folder that begin as programs do, and whose ending is not one of programs: ``O1001``, ``a.eia``."""
+    files = sorted(folder.rglob("*"))
+    others = (one for one in files if one.suffix.lower() not in PROGRAMS and lies_in(folder, one) and one.is_file())
+    return [one for one in others if not _is_hidden(one.relative_to(folder)) and _begins_as_program(one)]
+
+
+def _begins_as_program(file: Path) -> bool:
+    try:
+        with file.open("rb") as opened:
+            return _BEGIN.match(opened.read(_HEAD)) is not None
+    except OSError:
+        return False
 
 
 def _is_hidden(folder: Path) -> bool:
