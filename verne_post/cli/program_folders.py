@@ -49,10 +49,10 @@ def find_passed_over(folder: Path) -> list[Path]:
     """Files of a folder that begin as programs do, and whose ending is not one of programs: ``O1001``, ``a.eia``."""
     files = sorted(folder.rglob("*"))
     others = (one for one in files if one.suffix.lower() not in PROGRAMS and lies_in(folder, one) and one.is_file())
-    return [one for one in others if not _is_hidden(one.relative_to(folder)) and _begins_as_program(one)]
+    return [one for one in others if not _is_hidden(one.relative_to(folder)) and _is_like_program(one)]
 
 
-def _begins_as_program(file: Path) -> bool:
+def _is_like_program(file: Path) -> bool:
     try:
         with file.open("rb") as opened:
             return _BEGIN.match(opened.read(_HEAD)) is not None
