@@ -241,7 +241,9 @@ def remapped(value: Any) -> Any:
     # M3 means something already: refused where the program is read
     free = {"M428", "G68.3", "M3", "XYZ", "OFF"}
     good = all(
-        code in free and type(meaning) is str and meaning in ("tcp on", "tcp off", "ignore", "event")
+        code in free
+        and type(meaning) is str
+        and meaning in ("tcp on", "tcp off", "ignore", "event", "M3", "M4", "M5", "M6")
         for code, meaning in value.items()
     )
     return value if good else REFUSED

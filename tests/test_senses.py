@@ -52,6 +52,21 @@ def test_angles_that_only_the_opposite_sense_explains(
         assert "VP054" not in answer.out
 
 
+@pytest.mark.parametrize(("machine", "group", "named"), [("verne", "table", "A-25"), ("ac_trunnion", "joints", "A25")])
+def test_angles_are_in_doubt_before_a_measured_sense(
+    run: Callable[..., Any], tmp_path: Path, machine: str, group: str, named: str
+) -> None:
+    """The remedy was to change a machine file that was measured; that the angles are wrong came last."""
+    path, file = tmp_path / "p.nc", tmp_path / "m.toml"
+    path.write_text(PROGRAMS["p.nc"].format(f"{named}. C0."))
+    text = (ROOT / "machine_configs" / f"{machine}.toml").read_text("utf-8")
+    for source in ("assumed", "measured"):
+        file.write_text(text.replace(f'\n{group} = "assumed', f'\n{group} = "{source}'))
+        out = run("check", path, *PLACE, "--machine", file).out
+        assert (f"is {named} C0 meant?" in out, "Correct the angles before" in out) == (source == "measured",) * 2, out
+        assert out.count("VP054") == 1
+
+
 def test_a_joint_of_opposite_sense_is_named_without_a_negative_zero(run: Callable[..., Any], tmp_path: Path) -> None:
     """After G28, C is -0 on such a machine."""
     path = tmp_path / "p.nc"

@@ -331,6 +331,17 @@ def test_the_feed_rate_of_the_tool_before(dialect):
     assert check_text(dialect, program.format(first, same)) == []
 
 
+@pytest.mark.parametrize("cycle", ["CYCLE81(20,0,2,-5)", "CYCLE83(20,0,2,-5,,-3,,2,0,0,1,0)"])
+@pytest.mark.parametrize("own", ["", "F400\n"])
+def test_a_cycle_of_siemens_has_the_feed_rate_of_the_tool_before(cycle, own):
+    """The strokes of CYCLE83 counted as if each gave a feed rate."""
+    calls, program, cuts = TWO_TOOLS["siemens"]
+    bodies = [cuts.format(call) for call in calls]
+    bodies[1] = "".join(f"{own}{cycle}\n" if "F400" in line else f"{line}\n" for line in bodies[1].splitlines())
+    found = [item[:3] for item in check_text("siemens", program.format(*bodies)) if item[0] == "VP009"]
+    assert (found[:1] != []) == (own == ""), found
+
+
 @pytest.mark.parametrize(("cut", "line"), [("G81 Z1. R3.", 18), ("G81 Z1. R3. F200.", None)])
 def test_a_cycle_has_the_feed_rate_of_the_tool_before(cut, line):
     calls, program, cuts = TWO_TOOLS["fanuc"]
@@ -741,7 +752,7 @@ def test_a_number_that_no_tool_has_is_that_of_the_tool_in_the_spindle(length, di
 
 
 def test_a_length_in_addition_or_after_a_code_of_the_builder_is_not_one_of_another_tool():
-    for body, remap in (("T1 M6\nG43 H1\nG43.2 H5\n", {}), ("T1 M6\nT5\nM106\nG43 H5\n", {"M106": "event"})):
+    for body, remap in (("T1 M6\nG43 H1\nG43.2 H5\n", {}), ("T1 M6\nT5\nM106\nG43 H5\n", {"M106": "M6"})):
         source = f"G21 G90 G94\n{body}S3000 M3\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F600\nM2\n"
         tools = {one.number: one for one in TWO}
         options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="rs274", remap=remap)
@@ -757,6 +768,67 @@ def test_the_register_of_a_length_in_a_cl_file(word, line):
     options = vp.Options(tools={one.number: one for one in TWO}, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
     found = [(item.code, item.line) for item in check(source, "verne", options).findings]
     assert found == ([("VP049", line)] if line else [])
+
+
+@pytest.mark.parametrize("meaning", ["event", "ignore"])
+@pytest.mark.parametrize(
+    ("body", "found"),
+    [
+        ("T1 M6\nM46\nG43 H5\nS900 M3\n", "VP049"),
+        ("M46\nT1 M6\nG43 H5\nS900 M3\n", "VP049"),
+        ("M46\nT1 M6\nG43 H1\nS900 M3\nG0 X0 Y0 Z50 A0 C0\nG1 Z10 F600\nG0 Z50\nT5\nG43 H5\n", "VP041"),
+        ("T1 M6\nM46\nG43 H1\n", "VP050"),
+        ("S900 M3\nM46\nT1 M6\nG43 H1\n", "VP050"),
+    ],
+)
+def test_a_clamp_of_the_builder_switches_no_check_off(meaning, body, found):
+    """After an "event", no check of tools and of the start of the spindle was left."""
+    source = f"G21 G90 G94 G54\n{body}G0 X0 Y0 Z50 A0 C0\nG1 Z10 F600\nX10\nM2\n"
+    tools = {one.number: one for one in TWO}
+    options = vp.Options(
+        tools=tools, wcs={"G54": (0, 0, 60)}, dialect="rs274", remap={"M46": meaning}, split_at_stops=True
+    )
+    assert found in [item.code for item in check(source, "verne", options).findings]
+
+
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc", "siemens"])
+def test_a_code_of_the_builder_changes_the_tool_and_starts_the_spindle(dialect):
+    """T and S of its block count for it, as for M6 and M3; in Siemens programs a name may do so."""
+    change = "T{0} L6\nD1" if dialect == "siemens" else "T{0} M106\nG43 H{0}"
+    cut = "G0 X0. Y0. Z50. A0. C0.\nG1 Z10. F600.\nG0 Z50.\n"
+    source = f"{'G71' if dialect == 'siemens' else 'G21'} G90 G54\n"
+    source += "".join(f"{change.format(tool)}\nS900 M13\n{cut}" for tool in (1, 5)) + "M30\n"
+    source = "O1\n" + source if dialect == "fanuc" else source
+    tools = {one.number: one for one in TWO}
+    remap = {"L6": "M6"} if dialect == "siemens" else {"M106": "M6"}
+    options = vp.Options(
+        tools=tools, wcs={"G54": (0, 0, 60)}, dialect=dialect, remap=remap | {"M13": "M3"}, split_at_stops=True
+    )
+    checked = check(source, "verne", options)
+    assert [(item.code, item.message) for item in checked.findings if item.severity != "note"] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "is_told"),
+    [
+        ("X15.Y-5.; Z41.25 C30.", True),
+        ("X15. Y-5. ;Z41.;C30.;", True),
+        ("X15. Y-5.;", False),
+        ("X15. ; TO Z5", False),
+        ("X15. (SLOT; Z5.)", False),
+        ("; X15. Y5.", False),  # a line that is taken out
+        ("N90 ; X15.", False),
+        ("M8 ; X15.", False),
+        ("X15. ; T1 S900", False),
+    ],
+)
+def test_words_of_axes_behind_a_semicolon(text, is_told):
+    """On a Fanuc ; ends the block: what stood behind it was lost without a word."""
+    source = f"G21 G90 G94 G54\nT1 M6\nS900 M3\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F500.\n{text}\n{text}\nG0 Z50.\nM30\n"
+    for dialect in ("fanuc", "rs274"):
+        options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect=dialect, split_at_stops=True)
+        items = [item for item in check(source, "verne", options).findings if item.code == "VP001"]
+        assert [(item.line, item.severity) for item in items] == [(6, "warning")] * (is_told and dialect == "fanuc")
 
 
 def find_idle_cuts(program, dialect="rs274", **more):
@@ -789,7 +861,9 @@ def find_idle_cuts(program, dialect="rs274", **more):
 def test_a_spindle_that_is_never_started(dialect, program, switch):
     """With M3 and S removed a program cut without a word: of its three feed moves the last one retracts."""
     cut = next(n for n, text in enumerate(program.splitlines(), 1) if "40" in text)
-    more = {"remap": {"M13": "event"}} if "M13" in switch else {}  # the builder's code may start it
+    more = {"remap": {"M13": "M3"}} if "M13" in switch else {}
+    if more:
+        assert find_idle_cuts(program.replace("*", switch), dialect, remap={"M13": "event"}) == [(cut, cut + 1, 2)]
     assert find_idle_cuts(program.replace("*\n", "\n"), dialect) == [(cut, cut + 1, 2)]
     assert find_idle_cuts(program.replace("*", switch), dialect, **more) == []
 

@@ -405,6 +405,22 @@ def test_a_warning_about_a_set_up_stands_at_its_line_there(folder: Path, run: Ca
     assert "(as before)" in run("batch", "in", "-o", "out", "-j", 1).out
 
 
+def test_check_names_what_may_be_a_program_by_its_text(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """O1001, as machines store it, was passed over without a word where other programs were beside it."""
+    (tmp_path / "p").mkdir()
+    others = {"O1001": "%\nO1001\nM30\n%\n", "a.eia": "O7 (A)\nM30\n", "b.txt": "0 BEGIN PGM B MM\n"}
+    none = {"readme.txt": "Of the parts: 5% more\n", "LICENSE": "", "parts.csv": "O,1\n"}
+    for name, text in {"a.nc": "G21 G90\nG0 X0 Y0\nM2\n", **others, **none}.items():
+        (tmp_path / "p" / name).write_text(text)
+    said = f"not checked: {', '.join(str(tmp_path / 'p' / name) for name in others)}: "
+    place = ("--tool-length", "80", "--wcs", "G54=0,0,60")
+    answer = run("check", tmp_path / "p", *place)
+    assert said in answer.out + answer.err
+    for given in ((tmp_path / "p" / "a.nc",), (tmp_path / "p", "--quiet")):
+        answer = run("check", *given, *place)
+        assert "not checked:" not in answer.out + answer.err
+
+
 def test_hidden_folders_are_not_searched(folder: Path, run: Callable[..., Any]) -> None:
     """A virtual environment has C headers, which end as Klartext does; what is named by itself is read."""
     for name in (".all/.venv/numpy.h", ".all/sub/.cache/deep/a.nc"):

@@ -281,6 +281,28 @@ def test_a_remedy_for_some_errors_names_those_that_remain(tmp_path: Path, run: C
 
 
 @pytest.mark.parametrize(
+    ("machine", "offset", "said"),
+    [
+        ("ac_trunnion", "-150.3, -105.1, -280.2", "0, 0, 420, plus these numbers is G54 = -150.3, -105.1, 139.8:"),
+        ("ac_trunnion", "-412.3, -205.1, -380.2", "0, 0, 420, plus these numbers is G54 = -412.3, -205.1, 39.8:"),
+        ("verne", "-15.3, -5.1, -480.2", "0, 0, 550, plus these numbers is G54 = -15.3, -5.1, 69.8:"),
+        ("ac_trunnion", "-15, -10, -40", ""),  # a sign may be wrong there
+        ("ac_trunnion", "0, 0, -280.2", ""),
+    ],
+)
+def test_the_offset_page_of_a_control_is_no_place_of_a_part(
+    machine: str, offset: str, said: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """The remedy was a part 280 mm above the table, or another place that nobody could have meant."""
+    program, setup = tmp_path / "p.nc", tmp_path / "p.nc.toml"
+    program.write_text("G21 G90\nT1 M6\nM3 S900\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 Z-5 F500\nG0 Z50\nM2\n")
+    setup.write_text(f"split_at_stops = true\n[tools]\n1 = {{ length = 80 }}\n[wcs]\nG54 = [{offset}]\n")
+    out = run("check", program, "--machine", machine).out
+    assert ("offset page" in out, "is a sign wrong" in out) == (bool(said), not said), out
+    assert said in out
+
+
+@pytest.mark.parametrize(
     ("length", "z", "said"),
     [
         (900, 40, "the set-up gives tool 1 the length 90 instead of 900: is a decimal point missing"),

@@ -548,7 +548,7 @@ min = [-40, -40, 0]
 max = [40, 40, 40]
 system = "G54"
 
-[remap]  # what codes and names of the builder mean: "ignore", "event", "tcp on" or "tcp off"
+[remap]  # "event" (clamps and the like), "ignore", "M3" to "M6" (spindle, tool change), "tcp on", "tcp off"
 M11 = "decide"
 """
 

@@ -1,5 +1,6 @@
 """Programs in folders: by which endings they are known, where none are looked for, and how their rows are named."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -22,6 +23,9 @@ PROGRAMS: Final = (
     ".ncl",
     ".cl",
 )
+#: So programs begin: with % alone in its line, O and a number, or BEGIN PGM. So many bytes are read for that.
+_BEGIN: Final = re.compile(rb"\s*+(?:%[ \t]*+\r?\n|[O:]\d++\s|(?:0[ \t]++)?BEGIN PGM\b)")
+_HEAD: Final = 400
 LOOKED_FOR: Final = f"looked for {', '.join(PROGRAMS)}, but not in hidden folders"
 
 
@@ -54,6 +58,21 @@ def choose_names(programs: Sequence[tuple[str, Path]], suffix: str) -> list[Path
         sharing.setdefault(name_rows(place, suffix)[0], set()).add(program)
     names = [name_rows(place, suffix) for _program, place in programs]
     return [bare if len(sharing[bare]) == 1 else whole for bare, whole in names]
+
+
+def find_passed_over(folder: Path) -> list[Path]:
+    """Files of a folder that begin as programs do, and whose ending is not one of programs: ``O1001``, ``a.eia``."""
+    files = sorted(folder.rglob("*"))
+    others = (one for one in files if one.suffix.lower() not in PROGRAMS and lies_in(folder, one) and one.is_file())
+    return [one for one in others if not _is_hidden(one.relative_to(folder)) and _is_like_program(one)]
+
+
+def _is_like_program(file: Path) -> bool:
+    try:
+        with file.open("rb") as opened:
+            return _BEGIN.match(opened.read(_HEAD)) is not None
+    except OSError:
+        return False
 
 
 def _is_hidden(folder: Path) -> bool:

@@ -6,20 +6,27 @@ import numpy as np
 
 from verne_post.base.tolerances import UPRIGHT_DEG
 from verne_post.model.findings import Finding, make_finding
+from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, MoveKind, Moves
-from verne_post.model.protocols import TableCoordinates
 
 #: Rapids between the words of the rotary axes, the plane, and the turn to it.
 _MOST_BETWEEN = 3
 #: Programs round angles to three decimals, and planes to as many.
 _SAME_DEG = 0.01
+#: In place of the advice to turn the axis on the machine first.
+_CORRECT_ANGLES = (
+    "Correct the angles before the plane, or those of the plane. If both are right, turn the axis on the machine by a "
+    "positive angle, and correct its sense in the machine file."
+)
 
 
-def check_senses(moves: Moves, coordinates: TableCoordinates) -> Iterator[Finding]:
+def check_senses(moves: Moves, machine: Machine) -> Iterator[Finding]:
     """VP054, once a program: the angles named before a plane would hold it if an axis had the opposite sense.
 
-    Of a nutating pair no sign of a word tells the two apart.
+    Of a nutating pair no sign of a word tells the two apart. Where the machine file has measured senses, the angles are
+    in doubt first.
     """
+    coordinates, sources = machine.coordinates, machine.provenance
     if coordinates.nutation is not None:
         return
     (tilt, turn), reached = coordinates.rotary, -1
@@ -40,13 +47,17 @@ def check_senses(moves: Moves, coordinates: TableCoordinates) -> Iterator[Findin
         if wrong:
             line, end = int(moves.line[named]), int(moves.line[reached])
             keys = " or ".join(f"{letter.lower()}_positive" for letter in wrong)
+            angles = f"{AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}"
+            is_measured = sources.get("joints", sources.get("table", "")).startswith("measured")
+            asked = f"is {angles} meant? The senses of the machine file are measured; if it is, " * is_measured
             text = (
-                f"{AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g} before the plane of {plane.word} in line {plane.line}, which "
+                f"{angles} before the plane of {plane.word} in line {plane.line}, which "
                 f"line {end} turns to {AXES[tilt]}{other_a:.6g} {AXES[turn]}{other_c:.6g}: the named angles would hold "
-                f"this plane if {' or '.join(wrong)} had the opposite sense; compare {keys} of [table], or positive of "
-                "the joint, in the machine file with the control"
+                f"this plane if {' or '.join(wrong)} had the opposite sense; {asked}compare {keys} of [table], or "
+                "positive of the joint, in the machine file with the control"
             )
-            yield make_finding("VP054", text, line=line, last_line=line, worst_line=line)
+            advice = _CORRECT_ANGLES if is_measured else None
+            yield make_finding("VP054", text, line=line, last_line=line, worst_line=line, advice=advice)
             return
 
 

@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from verne_post.app.arc_check import check_arcs, drop_helices
 from verne_post.app.axis_check import check_axes, check_normals, check_rotary_words
+from verne_post.app.block_end_check import check_block_ends
 from verne_post.app.diameter_check import check_diameters
 from verne_post.app.height_check import check_heights
 from verne_post.app.length_check import check_lengths
@@ -94,6 +95,7 @@ def check_setup(
         *found,
         *check_normals(source, moves, machine.coordinates, from_move),
         *check_diameters(source, moves, options),
+        *check_block_ends(source, options),
         *map(called.place, check_pitches(source, moves, options, from_move)),
         *check_rotary_words(source, moves, machine.coordinates, options, from_move),
         *check_tolerances(source, moves, path, from_move),
@@ -172,7 +174,7 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
         *report_kept_planes(moves, machine.coordinates),
         *_check_uncalled_tools(moves, options),
         *_check_uncalled_shapes(moves, options),
-        *check_senses(moves, machine.coordinates),
+        *check_senses(moves, machine),
         *check_arcs(moves, from_move),
         *check_axes(moves, from_move),
         *check_heights(moves, from_move),
@@ -343,7 +345,7 @@ def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Ite
 
 def _check_uncalled_tools(moves: Moves, options: Options) -> Iterator[Finding]:
     """VP041: the set-up gives this program alone a tool that no line of it calls: a tool call may be missing."""
-    if _may_call_others(moves, options):
+    if _may_call_others(options):
         return
     called = set(moves.list_called_tools()) | moves.read_tools
     keys = [tool.key for number, tool in (options.tools or {}).items() if tool.key and number not in called]
@@ -360,7 +362,7 @@ def _check_uncalled_shapes(moves: Moves, options: Options) -> Iterator[Finding]:
     """
     called, shapes = [number for number in moves.list_called_tools() if number], options.tool_shapes
     is_used = bool(options.keep_out) or options.stock is not None
-    if not (is_used and called and shapes and shapes.keys().isdisjoint(called)) or _may_call_others(moves, options):
+    if not (is_used and called and shapes and shapes.keys().isdisjoint(called)) or _may_call_others(options):
         return
     names = moves.name_tools()
     cutters = ", ".join(describe_tool_number(number, names) for number in called)
@@ -374,10 +376,9 @@ def _check_uncalled_shapes(moves: Moves, options: Options) -> Iterator[Finding]:
     yield make_finding("VP018", text + meant, severity="warning", advice=advice)
 
 
-def _may_call_others(moves: Moves, options: Options) -> bool:
-    """Whether a line before, a block that is skipped or a code of the builder may call a tool."""
-    is_hidden = options.from_line is not None or options.block_delete
-    return bool(is_hidden) or any(event.kind == "remapped" for event in moves.events)
+def _may_call_others(options: Options) -> bool:
+    """Whether a line before or a block that is skipped may call a tool."""
+    return options.from_line is not None or bool(options.block_delete)
 
 
 def _find_implausible(options: Options) -> Iterator[str]:

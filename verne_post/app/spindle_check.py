@@ -224,11 +224,8 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
     """VP041: T selects a tool, and the program cuts on without M6, each tool once; not what the moves have told.
 
     Programs make the next tool ready while another one cuts: that T stands beside M6, or before the first cut after it.
-    So a T counts where it comes after a cut of the tool before, or before any tool is loaded. A code of the builder may
-    load tools.
+    So a T counts where it comes after a cut of the tool before, or before any tool is loaded.
     """
-    if any(event.kind == "remapped" for event in moves.events):
-        return []
     found = dict[int, Finding]()
     told = {item.line for item in moves.findings if item.code == "VP041"}
     lengths = [item.line or 0 for item in moves.findings if item.quantity == "length"]
@@ -269,7 +266,7 @@ def check_first_tool(moves: Moves, path: ToolPath, options: Options) -> Iterator
     if event is None or not 0 <= first < event.before or moves.language in ("heidenhain", "aptcl"):
         return
     is_told = "VP041" in {item.code for item in moves.findings if (item.line or 0) < event.line}
-    if is_told or find_first_cut(path, event.before) < 0 or any(one.kind == "remapped" for one in moves.events):
+    if is_told or find_first_cut(path, event.before) < 0:
         return
     own = moves.frames[moves.frame[first]].tool_length
     tools = (options.tools or {}).items()
@@ -314,9 +311,6 @@ def _list_stretches(events: Iterable[Event]) -> list[_Stretch]:
         elif event.kind == "spindle" and before.mode == _TURNS:
             found.append(_Stretch(event.before, _STOPPED, event))
         elif event.kind == "orient":  # it stands on purpose
-            found.append(_Stretch(event.before, _STANDS, event))
-        elif event.kind == "remapped" and before.mode != _TURNS:  # a code of the builder may start it
-            before.mode = min(before.mode, _STANDS)
             found.append(_Stretch(event.before, _STANDS, event))
     return found
 

@@ -85,6 +85,8 @@ NEAR_MM: Final = 10.0
 RAISED: Final = 2.0
 #: A component of a move that is no larger than this share of the largest one is left out where nothing needs it.
 TRACE: Final = 0.1
+#: A work offset so far below the table face, mm, and to the negative side of X and Y, is no place of a part.
+DEEP_MM: Final = 100.0
 #: A proposed offset is rounded to this, mm, away from where it was: people do not set hundredths.
 ROUND_MM: Final = 0.1
 #: In a program in inches.
@@ -135,7 +137,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     in_inches = _find_mistaken_unit(source, program, errors)
     places: list[WorkOffset] = []
     farthest = FARTHEST_MM if in_inches is None else FAR_MM
-    found = _find_offset(source, program, movable, places, farthest) if can_help or before else None
+    of_control = _find_offset_of_control(program, movable) if can_help else None
+    seeks = of_control is None and (can_help or before)
+    found = _find_offset(source, program, movable, places, farthest) if seeks else None
     nothing = _say_no_offset(program.options, places)
     offset, distance = found or (None, np.inf)
     if in_inches is not None and distance > FAR_MM:
@@ -145,7 +149,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         word = _find_forgotten_g91(source, program, errors) or _find_lost_point(source, program, errors)
         word = word or _find_shallow_depth(source, program, errors) or _find_word(source, program, joints, errors)
     if can_help:  # a sign explains a part under the table better than a word of the program does
-        word = _find_slip_of_setup(source, program, movable, is_far=offset is None and word is None) or word
+        is_far = offset is None and word is None
+        word = of_control or _find_slip_of_setup(source, program, movable, is_far=is_far) or word
     chosen: dict[object, Finding] = {}
     for item in errors:
         chosen.setdefault((item.code, item.axis), item)
@@ -615,6 +620,37 @@ def find_end_before_contact(source: Text, program: Program, line: Line) -> str |
 
 
 # --- one number of the set-up --------------------------------------------------------------------------------
+
+
+def _find_offset_of_control(program: Program, errors: Sequence[Finding]) -> Remedy | None:
+    """A work offset that no part can have, and that a control's offset page may: it counts from the machine's zero.
+
+    The origin is deep below the table face and has negative X and Y. Where the machine file has another zero than the
+    table, the message says where that origin is on the table.
+    """
+    moves, options = program.moves, program.options
+    at = np.flatnonzero(moves.line == min((item.line or 0 for item in errors), default=0))
+    if not len(at) or program.machine.table_radius <= 0:
+        return None
+    frame = moves.frames[moves.frame[at[0]]]
+    offset = options.wcs.get(frame.system)
+    if offset is None or max(offset.origin_mm[:2]) >= 0 or offset.origin_mm[2] > -DEEP_MM:
+        return None
+    if not np.allclose(offset.origin_mm, program.machine.find_origin_on_table(frame), atol=LIMIT_SLACK_MM):
+        return None  # the program sets its offset itself
+    name, zero = name_system(frame.system), -np.array(program.machine.coordinates.work_origin((0.0, 0.0, 0.0)))
+    text = (
+        f"{NOT_TRIED}{name} = {format_list(offset.origin_mm)} is {-offset.origin_mm[2]:.6g} mm below the table face: "
+        "these look like the machine coordinates of a control's offset page, and [wcs] is the place of the part on the "
+        "table; "
+    )
+    if np.abs(zero).max() <= LIMIT_SLACK_MM:
+        return Remedy(f"{text}measure it from the rotary centre on the table face")
+    place = np.round(zero + np.array(offset.origin_mm), 6)
+    return Remedy(
+        f"{text}the machine zero of the machine file, {format_list(zero)}, plus these numbers is {name} = "
+        f"{format_list(place)}: use it if the control counts from that zero, else measure it"
+    )
 
 
 def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding], *, is_far: bool) -> Remedy | None:

@@ -116,7 +116,7 @@ def describe_tables(dialect: str, zero: str) -> dict[str, str]:
         "tools": "length: from the gauge line of the spindle to the tip",
         "wcs": f"[x, y, z] of the part zero, from {zero}; a fourth number is the turn of the "
         f"part{others.get(dialect, '')}",
-        "remap": 'what codes and names of the builder mean: "ignore", "event", "tcp on" or "tcp off"',
+        "remap": '"event" (clamps and the like), "ignore", "M3" to "M6" (spindle, tool change), "tcp on", "tcp off"',
     }
 
 

@@ -20,7 +20,7 @@ class TextOptions(Struct, frozen=True, kw_only=True):
     #: Numbered parameters that the program finds (a parameter file).
     parameters: Mapping[int, float] = field(default_factory=dict)
     parameter_mm: float = 1.0  #: Unit of the lengths among them, in mm.
-    #: What user-defined codes mean: code ("M428") -> "tcp on", "tcp off", "ignore" or "event".
+    #: What user-defined codes mean: code ("M428") -> "tcp on", "tcp off", "ignore", "event", "M3" to "M6".
     remap: Mapping[str, str] = field(default_factory=dict)
     max_repeats: int = 100_000  #: So many blocks, and moves of such blocks, may loops and calls repeat.
     dialect: str = "auto"  #: Name of the program's dialect; "auto" recognises it.

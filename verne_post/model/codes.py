@@ -226,8 +226,8 @@ CODES: Final[dict[str, Code]] = _make_table(
      "tool change, and changes tools later, has no first tool. A program without any tool change is for the tool "
      "in the spindle. If INPUT.toml gives a tool that no line calls, the call may be missing. T beside M6, or "
      "before the first cut after it, selects the next tool and is not reported.",
-     "Write both T and M6. If the control loads the tool by another code of its builder, give that code a meaning "
-     "in [remap]."),
+     "Write both T and M6. If the control loads the tool by another code of its builder, give that code the meaning "
+     '"M6" in [remap].'),
     ("VP042", "plane without a turn of the table", "warning",
      "G68.2 says where X Y Z of a tilted plane are, and G53.1 turns the table to it. Without G53.1, or words of "
      "the rotary axes, the tool stays upright and cuts the plane at a slant. The same happens with PLANE with "
@@ -282,7 +282,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "this number. A number that has only a diameter, such as D25 for T5, is not reported.",
      "Write H and D with the number of the tool. If the length belongs to the tool, as with H51 for "
      "T1, give both numbers the same length, or none to the tool's own. A number of D that is no tool has no "
-     "length."),
+     "length. If a code of the machine's builder has loaded the tool, give that code the meaning \"M6\" in [remap]."),
     ("VP050", "spindle does not turn, or turns backwards, in a cut", "warning",
      "The spindle does not turn, has no speed, or turns backwards while the tool cuts. Retracts are not "
      "reported, because they may be in the air. The same applies to moves before a start, and between a stop and a "
@@ -292,8 +292,9 @@ CODES: Final[dict[str, Code]] = _make_table(
      "continues to cut. (2) The spindle is started without a speed: no block of the program gives S, or none since "
      "the tool change, so the spindle keeps the speed of the previous tool. (3) The spindle turns counter-clockwise "
      "(M4) in all cuts of a tool.",
-     "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, for a "
-     "tool that does not turn, or for a left-hand tool under M4."),
+     "Start the spindle before the cut (M3 and S; SPINDL in CL files). If a code of the machine's builder starts it, "
+     'give that code the meaning "M3" in [remap]. No action is needed for a probe, for a tool that does not turn, or '
+     "for a left-hand tool under M4."),
     ("VP051", "moves that are not executed", "warning",
      "M2, M30 or END PGM ends the program, and lines after it move axes. A control does not execute them. "
      "Subprograms and other programs that begin after this end (O, LBL, PROC, %) are not reported. "

@@ -41,7 +41,7 @@ CODE: Final = re.compile(
     r"G(?:0|[1-9][0-9]{0,8})(?:\.[1-9])?|M(?:0|[1-9][0-9]{0,8})|L[0-9]{1,7}|[A-Z_]{2}[A-Z0-9_]{0,29}"
 )
 #: What a user-defined code or name may mean.
-Meaning = Literal["tcp on", "tcp off", "ignore", "event"]
+Meaning = Literal["tcp on", "tcp off", "ignore", "event", "M3", "M4", "M5", "M6"]
 
 
 def work_offsets(**given: "tuple[float, ...]") -> dict[int, WorkOffset]:

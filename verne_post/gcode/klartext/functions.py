@@ -252,7 +252,7 @@ class KlartextFunctions:
     def begin_functions(self, words: Words) -> None:
         """What M functions do at the beginning of their block; S of the block."""
         speed = words.take("S")
-        codes = [code for word in words.functions for code in AT_BEGIN.get(word.number, ())]
+        codes = [code for word in words.functions for code in AT_BEGIN.get(self._find_meant(word.number), ())]
         if speed is not None or codes:
             self.run_codes(codes, speed)
         for word in words.functions:
@@ -260,6 +260,11 @@ class KlartextFunctions:
                 self.core.auxiliary.execute_user_code(self.frames.block, "M", word.number, {})
             else:
                 self._begin_own(word)
+
+    def _find_meant(self, number: int) -> int:
+        """The M function as which one is executed: [remap] may name it."""
+        stand_in = None if number in FUNCTIONS else self.core.auxiliary.find_stand_in("M", number)
+        return number if stand_in is None else stand_in
 
     def _end_feed(self, number: int) -> None:
         """M136 or M137: the number in force is one of the other kind, and F is to be given again."""
@@ -310,7 +315,7 @@ class KlartextFunctions:
                 self.contour.paths.shortest = False
             elif number == 117:
                 self.frames.metres = False
-        codes = [code for word in words.functions for code in AT_END.get(word.number, ())]
+        codes = [code for word in words.functions for code in AT_END.get(self._find_meant(word.number), ())]
         if codes:
             self.run_codes(codes)
 

@@ -20,6 +20,11 @@ _STOPS: Final = {0: "program", 1: "optional", 60: "pallet"}
 REMAPPED_WORDS: Final = "PQRLEDHK"
 
 
+def read_stand_in(meaning: str) -> int | None:
+    """The M code of a meaning of [remap] that is one: 3 of ``M3``."""
+    return int(meaning[1:]) if meaning.startswith("M") else None
+
+
 class Auxiliary:
     """What a program does beside motion, as the events of its moves table."""
 
@@ -174,6 +179,10 @@ class Auxiliary:
         else:
             shown_words = {key: value for key, value in words.items() if key in REMAPPED_WORDS}
             self.recorder.record_event(at.line, "remapped", code=code, meaning=meaning, **shown_words)
+
+    def find_stand_in(self, letter: str, number: float) -> int | None:
+        """The M code of spindle or tool change that [remap] gives as the meaning of a code; None without one."""
+        return read_stand_in(self.find_user_meaning(letter, number) or "")
 
     def _note_tcp(self, on: bool) -> None:
         """In languages without such codes: while it is off, only moves that do not depend on it are executed."""

@@ -207,8 +207,6 @@ class Tools:
         rivals, length = list(lengths) if tool == number else [tool], lengths[number]
         if not any(abs(lengths.get(rival, length) - length) > ZERO_LENGTH_MM for rival in rivals):
             return
-        if self._may_hold_another():
-            return
         if state.loaded_tool:
             holds = f"{self._describe(tool)}, which has {lengths[tool]:g} mm, is in the spindle"
         else:
@@ -231,7 +229,7 @@ class Tools:
         one, other = ((self.state.tools or {}).get(key) for key in (first, number))
         if one is None or other is None or stands_in(one) or stands_in(other) or one.unmeasured or other.unmeasured:
             return
-        if abs(one.offset[2] - other.offset[2]) <= ZERO_LENGTH_MM or self._may_hold_another():
+        if abs(one.offset[2] - other.offset[2]) <= ZERO_LENGTH_MM:
             return
         text = (
             f"no tool is called, and H{number} puts another length in force, {other.offset[2]:g} mm, than H{first} of "
@@ -274,7 +272,7 @@ class Tools:
         is_tool = any(number == one.number for one in self.recorder.selections) or not tools[number].unmeasured
         if min(diameters) <= 0 or abs(diameters[0] - diameters[1]) <= ZERO_LENGTH_MM or not is_tool:
             return
-        if stands_in(tools[number]) or stands_in(tools[tool]) or self._may_hold_another():
+        if stands_in(tools[number]) or stands_in(tools[tool]):
             return
         text = (
             f"the diameter number {number}, {diameters[0]:g} mm, is in force, but {self._describe(tool)}, which has "
@@ -300,10 +298,6 @@ class Tools:
 
     def _describe(self, number: int) -> str:
         return describe_tool_number(number, self.state.tool_names)
-
-    def _may_hold_another(self) -> bool:
-        """Whether a code of the builder may have changed the tool."""
-        return any(event.kind == "remapped" for event in self.recorder.events)
 
     # --- the table ---------------------------------------------------------------------------------
 

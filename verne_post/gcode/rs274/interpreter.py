@@ -623,7 +623,10 @@ class Rs274(Language):
             if self.core.auxiliary.execute_user_code(block, letter, number, block.words):
                 if self.table.is_executed(name := f"{letter}{number:g}"):  # in other languages it has none
                     raise ProgramError("VP002", f"{name}{HAS_MEANING}; take it out of [remap]", column)
-                continue
+                stand_in = self.core.auxiliary.find_stand_in(letter, number)
+                if stand_in is None:
+                    continue
+                letter, number = "M", float(stand_in)
             if letter == "G":
                 code = self._read_g_code(number, column, moves=any(axis in block.words for axis in AXES))
                 group = self.table.group_of_g[code]

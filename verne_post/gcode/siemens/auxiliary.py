@@ -5,7 +5,7 @@ from typing import Final
 from verne_post.base.numbers import is_count
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.codes import CodeTable, read_m_code
-from verne_post.gcode.machining.auxiliary import refuse_twice
+from verne_post.gcode.machining.auxiliary import read_stand_in, refuse_twice
 from verne_post.gcode.machining.machining import name_feed_mode
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.program_error import At
@@ -50,10 +50,16 @@ class SiemensAuxiliary:
         if (function := words.take("H")) is not None:
             self.recorder.record_event(words.line, "auxiliary", code=f"H{function.value:g}")
         groups: dict[str, list[int]] = {}
+        for name in words.user_names:
+            if (stand_in := read_stand_in(self.setup.remap[name])) is not None:
+                groups.setdefault(_M_CODES.group_of_m[stand_in], []).append(stand_in)
         for number, column in words.m:
             if number in (0, 1, 2, 17, 30):
                 continue
-            if not self.core.auxiliary.execute_user_code(block, "M", float(number), {}):
+            if self.core.auxiliary.execute_user_code(block, "M", float(number), {}):
+                if (stand_in := self.core.auxiliary.find_stand_in("M", float(number))) is not None:
+                    groups.setdefault(_M_CODES.group_of_m[stand_in], []).append(stand_in)
+            else:
                 groups.setdefault(_M_CODES.group_of_m[read_m_code(_M_CODES, float(number), column)], []).append(number)
         refuse_twice(groups, dict(words.m))
         if "gear" in groups:

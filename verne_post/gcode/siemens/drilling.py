@@ -387,7 +387,7 @@ class _Hole:
         for number, below in enumerate(depths):
             height = self.reference - self.up * below
             with self.to.core.keep_feed():
-                self.to.core.set_feed(feed * (factor if number == 0 else 1.0))
+                self.to.core.set_feed(feed * (factor if number == 0 else 1.0), is_given=False)
                 self._go(height, rapid=False)
             last = number == len(depths) - 1
             self._dwell(last_dwell if last else dwells[0])

@@ -79,7 +79,7 @@ class SiemensInterpreter:
             return False
         self._set_modes_of(words)
         self.auxiliary.run_feed(words)
-        if words.m or not words.words.keys().isdisjoint(_AUXILIARY):
+        if words.m or words.user_names or not words.words.keys().isdisjoint(_AUXILIARY):
             self.auxiliary.run(words, block)
         if not words.groups.keys() <= _OF_MOTION:
             self._run_groups(words, block)
