@@ -1148,6 +1148,48 @@ def test_a_rotary_word_with_a_wrong_point_or_sign_is_in_doubt(angles: tuple[int,
     assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
 
 
+EVEN = ("X5. Y-1. Z1.05 A-5. C10.", "X10. Y-3. Z1.1 A-10. C20.", "X15. Y-5. Z1.25 A-15. C30.",
+        "X20. Y-7. Z1.4 A-20. C40.", "X25. Y-9. Z1.6 A-25. C50.")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("wrong", "code", "said", "value"),
+    [
+        ("X15. Y-5. Z1.25 A-15. C30.", "", "", ""),
+        (
+            "X15. Y-5. Z1.25 A15. C30.",
+            "VP056",
+            "A15 in this cut, and A-10 and A-20 in those before and after it",
+            "-15",
+        ),
+        ("X-15. Y-5. Z1.25 A-15. C30.", "VP056", "X-15 in this cut, and X10 and X20", "15"),
+        ("X150. Y-5. Z1.25 A-15. C30.", "VP505", "X150 in this cut, and X10 and X20", "15"),
+        ("X15. Y-5. Z12.5 A-15. C30.", "VP505", "Z12.5 in this cut, and Z1.1 and Z1.4", "1.25"),
+        ("X1.5 Y-5. Z1.25 A-15. C30.", "VP505", "X1.5 in this cut, and X10 and X20", "15"),
+        (
+            "X15. Y-5. Z1.25 C-15. A30.",
+            "VP056",
+            "and A-20 C40 in those before and after it: are A and C exchanged?",
+            "C",
+        ),
+        ("X15. Y-5. Z50. A-15. C30.", "", "", ""),  # up and down again
+        ("X15. Y-5. Z1.25 A-15. C#1", "", "", ""),
+        ("X#2 Y-5. Z1.25 A-15. C30.", "", "", ""),  # 150, and no number that an edit could correct
+    ],
+)
+@pytest.mark.parametrize("unit", ["G21", "G20"])
+def test_a_word_that_leaves_the_way_of_the_cuts_beside_it_is_in_doubt(
+    unit: str, wrong: str, code: str, said: str, value: str
+) -> None:
+    cuts = "\n".join((*EVEN[:2], wrong, *EVEN[3:]))
+    head = f"O1\n{unit} G90 G17 G54\nT1 M6\nS900 M3\n#1=30.\n#2=150.\nG43.4 H1 G0 X0 Y0 Z5. A0 C0\nG1 Z1. F90.\n"
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
+    result = vp.check(f"{head}{cuts}\nG0 Z6.\nM30\n", "ac_trunnion", options)
+    found = [one for one in result.findings if "in this cut, and" in one.message]
+    assert [(one.code, one.line, said in one.message) for one in found] == [(code, 11, True)] * bool(code)
+    assert [edit.value for one in found for edit in one.edits] == [value] * bool(value)
+
+
 AT_8 = "".join(f"G1 X{at}. Y0. Z5. A8. C0.\n" for at in range(1, 6))
 BY_0 = "G91\n" + "".join(f"G1 X1. A0. (CUT {at})\n" for at in range(1, 7)) + "G90\n"
 

@@ -30,7 +30,7 @@ _LN: Final = re.compile(r"[ \t]*+(?:\d+[ \t]++)?LN\b", re.IGNORECASE)
 #: Degrees by which rotary axes turn less from one cut to the next; by which an angle of the wrong sign turns more; by
 #: which walls of another draft differ more; and by which numbers are rounded.
 _STEP_DEG: Final = 15.0
-_TURN_DEG: Final = 30.0
+TURN_DEG: Final = 30.0
 _SLACK_DEG: Final = 0.5
 _ROUND_DEG: Final = 0.02
 #: Degrees by which the angles before and after such a word differ less, or else the part of them by which the angle
@@ -152,13 +152,13 @@ def check_rotary_words(
     for begin, end in iterate_blocks(len(moves), from_move):
         first = max(begin - 2 * _BESIDE, from_move)
         angles, tip = moves.end[first:end, 3:6], moves.end[first:end, :3]
-        if end - first <= 2 * _BESIDE or not (np.abs(np.diff(angles, axis=0)) > _TURN_DEG).any():
+        if end - first <= 2 * _BESIDE or not (np.abs(np.diff(angles, axis=0)) > TURN_DEG).any():
             continue
         one, two, three, four = np.linalg.norm(np.diff(_view_beside(tip), axis=0), axis=2)
         is_near = np.maximum(two, three) <= np.maximum(_ASIDE, _TIMES_STEP * np.maximum(one, four))
         start, low, own, high, last = _view_beside(angles)
         away, gap = np.minimum(np.abs(own - low), np.abs(own - high)), np.abs(high - low)
-        turned = (away > _TURN_DEG) & (gap < 2.0 * _STEP_DEG)
+        turned = (away > TURN_DEG) & (gap < 2.0 * _STEP_DEG)
         turned &= (np.abs(low - start) < _STEP_DEG) & (np.abs(last - high) < _STEP_DEG)
         turns_with = np.maximum(np.abs(own - low), np.abs(own - high)) < _STEP_DEG
         is_angle = (moves.kind[first:end] == MoveKind.FEED) & np.isnan(moves.tool_axis[first:end, 0])

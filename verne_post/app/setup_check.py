@@ -15,6 +15,7 @@ from verne_post.app.diameter_check import check_diameters
 from verne_post.app.height_check import check_heights
 from verne_post.app.length_check import check_lengths
 from verne_post.app.pitch_check import check_pitches
+from verne_post.app.point_check import check_points
 from verne_post.app.program_end import find_unexecuted_moves
 from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
@@ -98,6 +99,7 @@ def check_setup(
         *check_block_ends(source, options),
         *map(called.place, check_pitches(source, moves, options, from_move)),
         *check_rotary_words(source, moves, machine.coordinates, options, from_move),
+        *check_points(source, moves, options, from_move),
         *check_tolerances(source, moves, path, from_move),
         *report_table_turns(path, moves, machine),
         *find_unexecuted_moves(source, moves),

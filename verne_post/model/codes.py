@@ -326,12 +326,14 @@ CODES: Final[dict[str, Code]] = _make_table(
      "lower speed and the same feed rate, each tooth cuts more than was planned. Each speed is reported once.",
      "Write an S that the spindle reaches, and lower F in the same ratio. If the spindle reaches the speed, correct "
      "max_speed_rpm under [spindle] of the machine file."),
-    ("VP056", "doubtful arc or tool axis", "warning",
+    ("VP056", "doubtful arc, tool axis or sign", "warning",
      "An arc of half a turn or more leaves both moves beside it at an angle, and the rest of its circle, or the "
      "arc of the same radius on the short way, would continue both. So G2 and G3 (DR- and DR+) may be exchanged, or "
      "the radius R (CR) may have the wrong sign. Or a block with R (CR) names two axes of another plane than the "
      "active one: then the tool goes along the one that is normal to the plane, on a helix. Or the tool axis of "
-     "one cut is between those of two cuts before and two after it, but for the sign of one component or angle.",
+     "one cut is between those of two cuts before and two after it, but for the sign of one component or angle. "
+     "Or two cuts before a cut and two after it go on evenly, and so would this one with another sign of one of "
+     "its words, or with A and C exchanged.",
      "Correct the sense, the sign or the plane. No action is needed if it is meant, as the relief of a corner."),
     # --- VP1xx: position limits and reach --------------------------------------------------
     ("VP101", "travel of a linear axis", "error",
@@ -477,9 +479,10 @@ CODES: Final[dict[str, Code]] = _make_table(
     ("VP505", "implausible size", "warning",
      "A speed, feed rate, pitch of a tap, acceleration, jerk, travel, length, cycle or tolerance is possible, but "
      "probably not intended. Most often it is in another unit. It is in the machine file, the command line, the "
-     "set-up or the program. Or a rapid goes down below every cut of its tool, mostly to a height with the wrong "
-     "sign. Or no cut comes into the stock, which may stand elsewhere: its numbers are read from the table unless it "
-     "has a system. Or the set-up was written for another machine, where places and lengths may count from other "
+     "set-up or the program. Or two cuts before a cut and two after it go on evenly, and so would this one with ten "
+     "times or a tenth of one of its words. Or a rapid goes down below every cut of its tool, mostly to a height with "
+     "the wrong sign. Or no cut comes into the stock, which may stand elsewhere: its numbers are read from the table "
+     "unless it has a system. Or the set-up was written for another machine, where places and lengths may count from other "
      "points. The pitch of a tap is in doubt where it exceeds the diameter of the tool or 8 mm, is below 0.15 mm, or "
      "is not that of the thread in the remark of the tool. M8X1 there allows 0.85 to 1.15 times 1 mm, and M8 alone "
      "0.25 to 1.15 times its coarse pitch, 1.25 mm. "

@@ -1,0 +1,122 @@
+"""One point that leaves the way of the cuts beside it in one word, and is on it with another sign or decimal point."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.app.axis_check import TURN_DEG
+from verne_post.app.source_text import take_line_of_move
+from verne_post.base.arrays import Array
+from verne_post.base.columns import iterate_blocks
+from verne_post.base.long_text import Text
+from verne_post.base.program_lines import find_word_of
+from verne_post.base.units import MM_PER_INCH
+from verne_post.model.findings import Finding, Remedy, add_line, make_finding
+from verne_post.model.moves import AXES, MoveKind, Moves
+from verne_post.model.options import Options
+
+#: So many cuts on either side go on evenly.
+_BESIDE: Final = 2
+#: The part of what an axis moves from the cut before to the one after, by which its steps beside them differ, and by
+#: which what is meant is not in the middle.
+_UNEVEN: Final = 0.5
+_OFF: Final = 0.25
+#: So many steps of the cuts beside it, a word is beyond both of them.
+_TIMES_STEP: Final = 1.5
+#: mm or degrees: the least of that; numbers are rounded.
+_LEAST: Final = 1.0
+#: A file with more such words has them as a pattern.
+_MOST: Final = 2
+#: What a slip makes of a number, and the code by which its finding goes.
+_SLIPS: Final = ((-1.0, "VP056"), (0.1, "VP505"), (10.0, "VP505"))
+
+
+def check_points(source: Text, moves: Moves, options: Options, from_move: int = 0) -> Iterator[Finding]:
+    """VP056 and VP505: the sign or the decimal point of one word is in doubt, or two rotary words are exchanged.
+
+    Five cuts in a row go on evenly in every axis but for this word in the middle one. One finding of each a file.
+    """
+    found, called = dict[tuple[str, str | None], Finding](), moves.called_lines
+    for begin, end in iterate_blocks(len(moves), from_move):
+        first = max(begin - 2 * _BESIDE, from_move)
+        if end - first <= 2 * _BESIDE or not (np.abs(np.diff(moves.end[first:end, :6], axis=0)) > _LEAST).any():
+            continue
+        for row, axes, factor, code in _find_doubtful(moves, slice(first, end)):
+            at = first + row
+            line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])
+            file, ends = called.find_file(line)[1], moves.end[at - 1 : at + 2]
+            item = _describe(take_line_of_move(source, options, called, line), line, ends, axes, factor, code)
+            if item is not None:
+                found[code, file] = add_line(found[code, file], line) if (code, file) in found else item
+    yield from (called.place(item) for item in found.values() if item.count <= _MOST)
+
+
+def _find_doubtful(moves: Moves, block: slice) -> Iterator[tuple[int, tuple[int, ...], float, str]]:
+    """Rows of a block that are in doubt, the axes whose words are, by what the number is wrong, and the code."""
+    is_cut = moves.kind[block] == MoveKind.FEED
+    points = moves.end[block, :6]
+    start, low, own, high, last = np.lib.stride_tricks.sliding_window_view(points, 5, axis=0).transpose(2, 0, 1)
+    all_cuts = np.lib.stride_tricks.sliding_window_view(is_cut, 5).all(axis=1)
+    gap, middle = high - low, 0.5 * (low + high)
+    step = np.maximum(np.abs(low - start), np.abs(last - high))
+    away = np.maximum(np.minimum(low, high) - own, own - np.maximum(low, high))
+    leaves = away > np.maximum(_TIMES_STEP * step, _LEAST)
+    rows = np.flatnonzero(all_cuts & leaves.any(axis=1))
+    gap, middle, step, own, leaves = (one[rows] for one in (gap, middle, step, own, leaves))
+    half = 0.5 * gap
+    uneven = np.maximum(np.abs((low - start)[rows] - half), np.abs((last - high)[rows] - half))
+    goes_on = (uneven <= _UNEVEN * np.abs(gap)) & (gap != 0.0)
+    widest = np.abs(gap).reshape(-1, 2, 3).max(axis=2).repeat(3, axis=1)  # of the linear axes, of the rotary ones
+    keeps = (np.abs(own - middle) <= np.abs(half) + step) & (uneven <= np.maximum(_UNEVEN * widest, _LEAST))
+    for k, row in enumerate(rows.tolist()):
+        axes = tuple(np.flatnonzero(leaves[k]).tolist())
+        at, is_free = row + _BESIDE, bool(np.isfinite(moves.tool_axis[block.start + row + _BESIDE, 0]))
+        if len(axes) > 2 or not (goes_on[k, list(axes)].all() and np.delete(keeps[k], axes).all()):
+            continue
+        if axes[-1] >= 3 and (is_free or (len(axes) == 1 and away[row, axes[0]] > TURN_DEG)):
+            continue  # its angles are those of a tool axis; check_rotary_words
+        near = _OFF * np.abs(gap[k])
+        if len(axes) == 1:
+            slips = ((factor, code) for factor, code in _SLIPS if _fits(factor * own[k], middle[k], near)[axes[0]])
+            for factor, code in slips:
+                yield at, axes, factor, code
+                break
+        elif axes[0] >= 3 and _fits(own[k, list(axes[::-1])], middle[k, list(axes)], near[list(axes)]).all():
+            yield at, axes, 1.0, "VP056"
+
+
+def _fits(value: Array, middle: Array, near: Array) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(value - middle) <= near)
+
+
+def _describe(text: str, line: int, ends: Array, axes: tuple[int, ...], factor: float, code: str) -> Finding | None:
+    """The finding of a line; None where its text has not these words, as in a loop, or in G91."""
+    unit = 1.0
+    words = [find_word_of(text, AXES[axis], float(ends[1, axis])) for axis in axes]
+    if axes[0] < 3 and words[0] is None:
+        unit, words = MM_PER_INCH, [find_word_of(text, AXES[axes[0]], float(ends[1, axes[0]]) / MM_PER_INCH)]
+    if any(word is None for word in words):
+        return None
+    columns = list(axes)
+    before, own, after = (
+        " ".join(f"{AXES[axis]}{value + 0.0:.6g}" for axis, value in zip(axes, end, strict=True))
+        for end in (ends[:, columns] / unit).tolist()
+    )
+    letter, value = AXES[axes[0]], float(ends[1, axes[0]]) / unit
+    if len(axes) == 2:
+        other = AXES[axes[1]]
+        meant = f"are {letter} and {other} exchanged"
+        edit = Remedy(
+            f"exchange {letter} and {other}", other, line=line, word=(letter, value), way="exchanged", is_choice=True
+        )
+    else:
+        right = f"{factor * value:.6g}"
+        meant = f"is {letter}{right} meant"
+        edit = Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True)
+    said = f"{own} in this cut, and {before} and {after} in those before and after it: {meant}?"
+    assert words[0] is not None
+    return make_finding(
+        code, said, line=line, last_line=line, worst_line=line, column=words[0].start() + 1, edits=(edit,)
+    )
