@@ -114,15 +114,17 @@ def drop_called(
 
     refused = (name for name, one in reports.items() if find_exit_status(one.findings, one.fail_level))
     waiting = {name: Path(name).resolve() for name in refused if may_be_dropped(name)}
-    callers: dict[Path, str] = {}
+    callers: dict[Path, list[str]] = {}
     for name, one in reports.items() if waiting else ():
-        folder = Path(name).resolve().parent
-        for file in one.called if name not in waiting else ():  # who calls it must be a program
-            callers.setdefault((folder / file).resolve(), name)
+        path = Path(name).resolve()
+        for called in {(path.parent / file).resolve() for file in one.called} - {path}:
+            callers.setdefault(called, []).append(name)
+    # of files that only call each other none is called by a program
+    programs = {name for name in reports if name not in waiting or waiting[name] not in callers}
     own: dict[str, list[str]] = {name: [] for name in reports}
     for name, path in waiting.items():
-        if path in callers:
-            own[callers[path]].append(name)
+        if (caller := next((one for one in callers.get(path, ()) if one in programs), None)) is not None:
+            own[caller].append(name)
             del own[name]
     return {name: replace(reports[name], called=tuple(map(escape_unprinted, called))) for name, called in own.items()}
 

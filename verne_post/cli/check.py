@@ -197,9 +197,12 @@ def command(
         report = _check_one(files, name, machines[name], given, quiet=still, limits_only=limits_only)
         machine_of_it = None if machines[name] is machine else machines[name]
         made[name] = replace(report, machine=machine_of_it, fail_level=policies[name][1])
-    made = drop_called(made, () if changed else named, lambda name: find_settings(files, given.get("settings"), name))
-    everything, statuses = list(made.values()), []
-    reports = [apply_policy(report, policies[name][0]) for name, report in made.items()]
+    counted = {name: apply_policy(report, policies[name][0]) for name, report in made.items()}
+    kept = drop_called(
+        counted, () if changed else named, lambda name: find_settings(files, given.get("settings"), name)
+    )
+    everything, statuses = [made[name] for name in kept], []
+    reports = list(kept.values())
     for report in reports:
         status = find_exit_status(report.findings, report.fail_level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
