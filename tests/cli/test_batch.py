@@ -275,6 +275,15 @@ def test_a_malformed_record_is_none(folder: Path, run: Callable[..., Any], how: 
     assert record.read_bytes() == good
 
 
+def test_a_record_of_other_code_is_none(folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two revisions of a repository may have one version."""
+    words = ("batch", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
+    assert "as before" not in run(*words).out
+    assert "as before" in run(*words).out
+    monkeypatch.setattr("verne_post.cli.jobs._compute_code_digest", lambda: "other")
+    assert "as before" not in run(*words).out
+
+
 @pytest.mark.parametrize("placed", [0, 1])
 @pytest.mark.parametrize("then", ["the same", "changed", "refused", "unusable"])
 def test_killed_between_the_record_and_its_files(
