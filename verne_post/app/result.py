@@ -299,7 +299,8 @@ class Result:
         The bodies that were not checked for contact, of a program that is refused too; empty where all were, and where
         the program could not be read.
     called_files : tuple of str
-        The files of subprograms that it executes, as seen from its folder; of a refused one, as far as it was executed.
+        The files of subprograms that it executes, as seen from its folder; of a refused one, those that it calls before
+        an error on which the order of its lines depends.
     """
 
     findings: tuple[Finding, ...]
