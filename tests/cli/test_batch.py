@@ -509,7 +509,8 @@ FAR_UP = "BEGIN PGM UP MM\nL X+4000 F900\nEND PGM UP MM\n"
             {"t.ngc": "G0 X0 Y0 Z50\no1 if [0]\no<up> call\no1 endif\nM2\n", "up.ngc": "o<up> sub\nX4\no<up> endsub\n"},
             "up.ngc",
         ),
-        # an error in the line that jumps, or that sets what it asks, hides whether the call is executed
+        # an error in the line that jumps, or that sets what it asks, hides whether the call is executed; a corrected
+        # M3O and 1==l do not lead to it
         ({"O1.nc": "O1\nG0 X0 Y0 Z50\nGOTO 9O\nM98 P20\nN90 M30\n", "O20.nc": "O20\nX4000.\nM99\n"}, "O20.nc"),
         (
             {"O1.nc": "O1\n#1=9O\nIF [#1 EQ 9] GOTO 90\nM98 P20\nN90 M30\n", "O20.nc": "O20\nX4000.\nM99\n"},
@@ -548,6 +549,12 @@ def test_a_file_that_no_program_of_the_run_executes_is_checked(
     assert answer.code in (1, 2)
     assert f"{refused}: refused" in answer.out, answer.out
     assert "not checked alone" not in answer.out
+    main, *_others = files
+    hint = f"undecided: whether {main} calls {refused}; correct {main} first\n"
+    assert (hint in answer.out) == any(slip in files[main] for slip in ("GOTO 9O", "#1=9O", "[O]", "+l"))
+    if hint in answer.out:
+        batch = run("batch", ".", "-o", "out", "-j", 1, "--tool-length", "100", "--wcs", "G54=0,0,20")
+        assert hint in batch.err
 
 
 @pytest.mark.parametrize("language", CALLS)

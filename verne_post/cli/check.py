@@ -258,13 +258,16 @@ def _check_one(
     elapsed, run = time.perf_counter() - begin, find_given_run(given)
     found = files.find_lines(result.findings)
     facts = (shown, found, seconds, source, tuple(remarked), result.unchecked)
-    return Report(*facts, elapsed_s=elapsed, run=run, called=result.called_files)
+    called, uncertain = result.called_files, result.uncertain_files
+    return Report(*facts, elapsed_s=elapsed, run=run, called=called, uncertain=uncertain)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":
     """A report that prints no notes and remarks, and warnings only if they are asked for. It counts them all."""
     kept = ("error", "warning") if warnings else ("error",)
-    return replace(report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=(), called=())
+    return replace(
+        report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=(), called=(), uncertain=()
+    )
 
 
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:

@@ -119,7 +119,8 @@ class Outcome(Struct, frozen=True):
     again: bool = False
     left: tuple[str, ...] = ()
     unchecked: str = ""  #: Bodies that were not checked for contact; "" also where it could not be read.
-    called_files: tuple[str, ...] = ()  #: As of its result.
+    called_files: tuple[str, ...] = ()  #: As of its result, and the next.
+    uncertain_files: tuple[str, ...] = ()
     elapsed_s: float = 0.0  #: How long this run took for it; not recorded.
 
 
@@ -231,6 +232,7 @@ def _make_outcome(job: Job) -> Outcome:
             None if summary is None else summary.n_rows,
             unchecked=result.unchecked,
             called_files=result.called_files,
+            uncertain_files=result.uncertain_files,
         )
         made = {(job.place.parent / path.name).as_posix(): path for path in sorted(folder.iterdir())}
         for name in made:

@@ -381,7 +381,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
 
 
 def _is_order_in_doubt(errors: list[ProgramError], chunk: Chunk | None, line: int, language: str) -> bool:
-    """Whether the lines that come next may be others when the errors of a line are mended."""
+    """Whether the lines that come next may be others when the errors of a line are corrected."""
     if chunk is None:
         return True
     at = next((one.line for one in errors if one.line and chunk.first_line <= one.line < chunk.end_line), line)

@@ -43,9 +43,11 @@ class LineCounter(Struct):
         if self.n_certain_files is None:
             self.n_certain_files = len(self.other_files)
 
-    def list_certain_files(self) -> tuple[str, ...]:
-        """The files that the program calls, whatever an error of it is mended to."""
-        return tuple(self.other_files)[: self.n_certain_files]
+    def split_files(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The files that the program calls, and those that it may not call when an error is corrected."""
+        files = tuple(self.other_files)
+        n = len(files) if self.n_certain_files is None else self.n_certain_files
+        return files[:n], files[n:]
 
     def find_own(self, line: int) -> int:
         """The line in its own file of the one that is executed; one that is kept, and any other, as it is."""
