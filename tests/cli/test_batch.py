@@ -275,6 +275,15 @@ def test_a_malformed_record_is_none(folder: Path, run: Callable[..., Any], how: 
     assert record.read_bytes() == good
 
 
+def test_a_record_of_other_code_is_none(folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two revisions of a repository may have one version."""
+    words = ("batch", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
+    assert "as before" not in run(*words).out
+    assert "as before" in run(*words).out
+    monkeypatch.setattr("verne_post.cli.jobs._compute_code_digest", lambda: "other")
+    assert "as before" not in run(*words).out
+
+
 @pytest.mark.parametrize("placed", [0, 1])
 @pytest.mark.parametrize("then", ["the same", "changed", "refused", "unusable"])
 def test_killed_between_the_record_and_its_files(
@@ -516,6 +525,23 @@ FAR_UP = "BEGIN PGM UP MM\nL X+4000 F900\nEND PGM UP MM\n"
             {"t.ngc": "G0 X0 Y0 Z50\no1 if [0]\no<up> call\no1 endif\nM2\n", "up.ngc": "o<up> sub\nX4\no<up> endsub\n"},
             "up.ngc",
         ),
+        # an error in the line that jumps, or that sets what it asks, hides whether the call is executed; a corrected
+        # M3O and 1==l do not lead to it
+        ({"O1.nc": "O1\nG0 X0 Y0 Z50\nGOTO 9O\nM98 P20\nN90 M30\n", "O20.nc": "O20\nX4000.\nM99\n"}, "O20.nc"),
+        (
+            {"O1.nc": "O1\n#1=9O\nIF [#1 EQ 9] GOTO 90\nM98 P20\nN90 M30\n", "O20.nc": "O20\nX4000.\nM99\n"},
+            "O20.nc",
+        ),
+        ({"O1.nc": "O1\nG0 X0 Y0 Z50\nM3O\nM98 P20\nM30\n", "O20.nc": "O20\nX4000.\nM99\n"}, "O20.nc"),
+        (
+            {"t.ngc": "G0 X0 Y0 Z50\no1 if [O]\no<up> call\no1 endif\nM2\n", "up.ngc": "o<up> sub\nX4\no<up> endsub\n"},
+            "up.ngc",
+        ),
+        (
+            {"A.MPF": "G90 G0 X0 Y0 Z50\nIF 1==l GOTOF E\nUP\nE: M30\n", "UP.MPF": "PROC UP\nG1 X4000 F900\nRET\n"},
+            "UP.MPF",
+        ),
+        ({"T.H": f"{HEAD}FN 9: IF +1 EQU +l GOTO LBL 9\nCALL PGM UP\nLBL 9\nM30\n", "UP.H": FAR_UP}, "UP.H"),
         ({"A.MPF": "G90 G0 X0 Y0 Z50\nT1 D1\nM6\nM30\n", "T1.MPF": "PROC T1\nG1 X4000 F900\nRET\n"}, "T1.MPF"),
         ({"T.H": f"{HEAD}M30\nCALL PGM UP\n", "UP.H": FAR_UP}, "UP.H"),
         (
@@ -539,6 +565,12 @@ def test_a_file_that_no_program_of_the_run_executes_is_checked(
     assert answer.code in (1, 2)
     assert f"{refused}: refused" in answer.out, answer.out
     assert "not checked alone" not in answer.out
+    main, *_others = files
+    hint = f"undecided: whether {main} calls {refused}; correct {main} first\n"
+    assert (hint in answer.out) == any(slip in files[main] for slip in ("GOTO 9O", "#1=9O", "[O]", "+l"))
+    if hint in answer.out:
+        batch = run("batch", ".", "-o", "out", "-j", 1, "--tool-length", "100", "--wcs", "G54=0,0,20")
+        assert hint in batch.err
 
 
 @pytest.mark.parametrize("language", CALLS)
@@ -554,6 +586,31 @@ def test_a_file_that_a_refused_program_executes_is_not_refused_alone(
     answer = run("check", ".", *place)
     assert answer.code in (1, 2)
     assert f"not checked alone: {name}, called by {main}" in answer.out, answer.out
+
+
+@pytest.mark.parametrize(
+    ("options", "text", "code"),
+    [
+        ((), "L X+4000 F900\n", 1),
+        (("--fail-level", "warning"), "", 1),
+        (("--fail-level", "warning", "--ignore", "VP050"), "", 0),
+    ],
+)
+def test_a_refused_klartext_program_without_m30_covers_what_it_calls(
+    tmp_path: Path,
+    run: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    options: tuple[str, ...],
+    text: str,
+    code: int,
+) -> None:
+    """It looks like a subprogram, and nothing calls it; findings that do not count refuse nothing."""
+    monkeypatch.chdir(tmp_path)
+    called = f"CALL PGM UP\n{text}L Z+60 FMAX\nEND PGM T MM\n"
+    Path("T.H").write_text(f"BEGIN PGM T MM\nTOOL CALL 1 Z S1000\n{HEAD}{called}")
+    Path("UP.H").write_text("BEGIN PGM UP MM\nL X+4 F900\nEND PGM UP MM\n")
+    answer = run("check", ".", "--tool-length", "100", "--wcs", "G54=0,0,20", *options)
+    assert (answer.code, answer.out.splitlines()[-1]) == (code, "not checked alone: UP.H, called by T.H"), answer.out
 
 
 def test_links_to_a_called_file_are_checked_there(

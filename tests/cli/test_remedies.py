@@ -660,6 +660,35 @@ def test_the_first_tilt_is_told_at_the_block_that_turns_the_table(
         assert f"correct the angles of {plane} in line {said} first" in run("explain", f"{path}:{line}", *given).out
 
 
+_FIRST_PLANE = (
+    "O1\nG21 G90 G94 G17 G40 G49 G80 G54\nT1 M6\nS3000 M3\nG43 H1\nG0 X{}. Y0.\nG68.2 X0 Y0 Z0. I90. J{}. K0.\nG53.1\n"
+    "G0 Z300.\nG1 Z290. F500.\nG69\nM30\n"
+)
+_CALLED_PLANE = {
+    "T.H": "BEGIN PGM T MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 R0 FMAX M3\nCALL PGM UP\nM30\nEND PGM T MM\n",
+    "UP.H": "BEGIN PGM UP MM\nPLANE SPATIAL SPA+110 SPB+0 SPC+0 TURN FMAX\nL Z+50 FMAX\nL X+10 F900\nL Z+100 FMAX\n"
+    "PLANE RESET TURN FMAX\nEND PGM UP MM\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("files", "code", "place"),
+    [
+        ({"O1.nc": _FIRST_PLANE.format(0, 110)}, "VP110", (8, None)),
+        ({"O1.nc": _FIRST_PLANE.format(4000, 20)}, "VP110", (6, None)),
+        (_CALLED_PLANE, "VP102", (4, 2)),
+    ],
+)
+def test_the_place_before_a_plane_is_blamed_only_where_another_height_or_angle_would_not_do(
+    files: dict[str, str], code: str, place: tuple[int, int | None], tmp_path: Path
+) -> None:
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    options = vp.Options(tool_length=85.0, wcs={"G54": (0, 0, 60)})
+    first = vp.check(tmp_path / next(iter(files)), "verne", options).errors[0]
+    assert (first.code, first.line, first.called and first.called.line) == (code, *place)
+
+
 def test_a_tilt_of_words_is_told_at_them_though_a_plane_follows() -> None:
     program = _FANUC_PLANE.format("G0 A-125. C0.\n")
     options = vp.Options(tools={1: (90.0, 6.0)}, wcs={"G54": (0, 100, 100)})

@@ -948,6 +948,8 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "N90 #101 10", "an = is missing", "10", ("101 10", "101= 10")),
         (".ngc", "#<d> [2*3]", "an = is missing", "[", ("> [", ">= [")),
         (".ngc", "#6=1\nG0 #X6", "the # before its letter", "#X6", ("#X6", "X#6")),
+        (".ngc", "#o1 sub\nG0 X1\n#o1 endsub", "an O word has no #", "#o1", None),
+        (".ngc", "o2 if [1]\nX1\n#o2 else\nX2\no2 endif", "an O word has no #", "#o2", ("#o2", "o2")),
         (".ngc", "#1=[2 EQQ 2]", "did you mean EQ?", "EQQ", ("EQQ", "EQ")),
         (".ngc", "#1=[2*C0S[30]]", "did you mean COS?", "C0S", ("C0S", "COS")),
         (".ngc", "#1=[2 EQ I]", "a letter in a number", "I", ("I]", "1]")),

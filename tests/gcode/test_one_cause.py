@@ -1635,3 +1635,6 @@ def test_a_linuxcnc_subprogram_alone_is_named(view):
     assert (item.code, item.message, item.advice, item.edits) == ("VP010", said, "", ())
     assert {item.code for item in view("o<a> sub\no<b> endsub\n", dialect="rs274")[1]} == {"VP023"}
     assert {item.code for item in view("M200\no<a> sub\n", dialect="rs274")[1]} >= {"VP002"}
+    for text in ("o<a> sub\nG21 G90\no<a> endsub\no<a> call\nM3 S1000\n", "G21\no<a> sub\no<a> endsub\n"):
+        (item,) = view(text, dialect="rs274")[1]
+        assert (item.code, item.message) == ("VP010", "the file ends without M2 or M30")

@@ -62,7 +62,8 @@ def drop_called(
     """The reports of a run by program, without those of subprograms that are refused alone and executed by another one.
 
     ``called`` of a report has the files that its program has executed, as seen from its folder; then those of them
-    whose own reports are left out. Those ``named`` stay, and those with a set-up of their name in the settings.
+    whose own reports are left out. ``uncertain`` has those that it may call; then those of them that are refused alone.
+    Those ``named`` stay, and those with a set-up of their name in the settings.
     """
 
     def may_be_dropped(name: str) -> bool:
@@ -73,17 +74,31 @@ def drop_called(
 
     refused = (name for name, one in reports.items() if find_exit_status(one.findings, one.fail_level))
     waiting = {name: Path(name).resolve() for name in refused if may_be_dropped(name)}
-    callers: dict[Path, str] = {}
+    callers, doubts = dict[Path, list[str]](), dict[Path, list[str]]()
     for name, one in reports.items() if waiting else ():
-        folder = Path(name).resolve().parent
-        for file in one.called if name not in waiting else ():  # who calls it must be a program
-            callers.setdefault((folder / file).resolve(), name)
+        path = Path(name).resolve()
+        for files, found in ((one.called, callers), (one.uncertain, doubts)):
+            for called in {(path.parent / file).resolve() for file in files} - {path}:
+                found.setdefault(called, []).append(name)
+    # of files that only call each other none is called by a program
+    programs = {name for name in reports if name not in waiting or waiting[name] not in callers}
     own: dict[str, list[str]] = {name: [] for name in reports}
+    may_call: dict[str, list[str]] = {name: [] for name in reports}
     for name, path in waiting.items():
-        if path in callers:
-            own[callers[path]].append(name)
+        if (caller := next((one for one in callers.get(path, ()) if one in programs), None)) is not None:
+            own[caller].append(name)
             del own[name]
-    return {name: replace(reports[name], called=tuple(map(escape_unprinted, called))) for name, called in own.items()}
+        else:
+            for doubtful in doubts.get(path, ()):
+                may_call[doubtful].append(name)
+
+    def spell(names: list[str]) -> tuple[str, ...]:
+        return tuple(map(escape_unprinted, names))
+
+    return {
+        name: replace(reports[name], called=spell(called), uncertain=spell(may_call[name]))
+        for name, called in own.items()
+    }
 
 
 def _read(path: Path) -> bytes:

@@ -299,7 +299,10 @@ class Result:
         The bodies that were not checked for contact, of a program that is refused too; empty where all were, and where
         the program could not be read.
     called_files : tuple of str
-        The files of subprograms that it executes, as seen from its folder; of a refused one, as far as it was executed.
+        The files of subprograms that it executes, as seen from its folder; of a refused one, those that it calls before
+        an error on which the order of its lines depends.
+    uncertain_files : tuple of str
+        Those that a refused program calls after such an error: corrected, it may not call them.
     """
 
     findings: tuple[Finding, ...]
@@ -310,6 +313,7 @@ class Result:
     machine: str = ""
     unchecked: str = ""
     called_files: tuple[str, ...] = ()
+    uncertain_files: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", sort_by_line(self.findings))
@@ -400,7 +404,7 @@ class Result:
 
 def refuse_program(error: InputError) -> Result:
     """The result of a program that was refused."""
-    return Result(error.findings, called_files=error.called_files)
+    return Result(error.findings, called_files=error.called_files, uncertain_files=error.uncertain_files)
 
 
 #: What helps against an internal error.

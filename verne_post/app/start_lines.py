@@ -1,7 +1,7 @@
 """Errors of the pose at which a program starts, at the line that names it: no motion leads there."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -42,21 +42,32 @@ def quote_start(source: Text, program: Program, findings: Sequence[Finding]) -> 
     heights = tip + np.outer(_HEIGHTS, (0.0, 0.0, 1.0))
     letters = "Z" if _are_legal(program, heights, angles, length).any() else "XY"
     end = min(first, _OPENING)
-    turned_letters = _find_beyond(program, tip, angles, length)
+    at_zero = {  # each rotary axis at 0
+        letter: np.where(np.arange(2) == one, 0, angles) for one, letter in enumerate(program.machine.rotary_letters)
+    }
+    within = [letter for letter, tilt in at_zero.items() if _are_legal(program, heights, tilt, length).any()]
+    is_angle = letters == "XY" and bool(within)  # no height is within limits, but with another angle one is
+    turned_letters = within if is_angle else _find_beyond(program, tip, angles, at_zero, length)
     rotary = dict(zip(program.machine.rotary_letters, program.machine.coordinates.rotary, strict=True))
     turns = (find_turn_to_plane(moves, first, rotary[letter]) for letter in turned_letters)
-    if turn := next(filter(None, turns), None):  # the plane has the angles, and no place
-        findings = [
-            _move_to_row(item, moves, turn[1]) if _is_at(item, line) and item.code in _OF_ROTARY_AXES else item
-            for item in findings
-        ]
-    elif letters == "XY" and turned_letters:
-        letters, end = turned_letters, first + _OPENING  # the first naming of A may come after the first move
+    turn = next(filter(None, turns), None)  # the plane has the angles, and no place
+    if turn is None and letters == "XY" and turned_letters:
+        letters, end = "".join(turned_letters), first + _OPENING  # the first naming of A may come after the first move
+    at = line
     for number in dict.fromkeys(moves.line[:end].tolist()):
         text = (take_line(source, number) or b"").decode("utf-8", errors="replace")
         if (number < line or end > first) and any(find_word(text, letter) is not None for letter in letters):
-            return [_move_to(item, number) if _is_at(item, line) else item for item in findings]
-    return list(findings)
+            at = number
+            break
+
+    def move(item: Finding) -> Finding:
+        if not _is_at(item, line):
+            return item
+        if turn is not None and (is_angle or item.code in _OF_ROTARY_AXES):
+            return _move_to_row(item, moves, turn[1])
+        return item if at == line else dataclasses.replace(_move_to(item, at), called=None)
+
+    return list(map(move, findings))
 
 
 def _move_to(item: Finding, line: int) -> Finding:
@@ -72,7 +83,7 @@ def _move_to_row(item: Finding, moves: Moves, row: int) -> Finding:
     return _move_to(dataclasses.replace(there, last_line=item.last_line, worst_line=item.worst_line), there.line or 0)
 
 
-def _find_beyond(program: Program, tip: Array, angles: Array, length: float) -> str:
+def _find_beyond(program: Program, tip: Array, angles: Array, at_zero: Mapping[str, Array], length: float) -> list[str]:
     """The letters of rotary axes of which each, at 0, would bring all rotary joints of a pose within their travel."""
     machine = program.machine
     rotary = np.array([column.unit != "mm" for column in machine.columns])
@@ -82,13 +93,7 @@ def _find_beyond(program: Program, tip: Array, angles: Array, length: float) -> 
         q, _platform, ok = machine.five_axis.solve(tip[None], tilt[None], length)
         return bool(ok[0] and (q[0, rotary] >= lower).all() and (q[0, rotary] <= upper).all())
 
-    if is_within(angles):
-        return ""
-    return "".join(
-        letter
-        for one, letter in enumerate(machine.rotary_letters)
-        if is_within(np.where(np.arange(2) == one, 0, angles))
-    )
+    return [] if is_within(angles) else [letter for letter, tilt in at_zero.items() if is_within(tilt)]
 
 
 def _is_at(item: Finding, line: int) -> bool:

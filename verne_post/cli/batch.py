@@ -146,6 +146,7 @@ def command(
             machine=None if machines[one.program] is machine else machines[one.program],
             run=find_given_run(given),
             called=one.called_files,
+            uncertain=one.uncertain_files,
         )
         for one in outcomes
     }

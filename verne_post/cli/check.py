@@ -201,9 +201,12 @@ def command(
         report = _check_one(files, name, machines[name], given, quiet=still, limits_only=limits_only)
         machine_of_it = None if machines[name] is machine else machines[name]
         made[name] = replace(report, machine=machine_of_it, fail_level=policies[name][1])
-    made = drop_called(made, () if changed else named, lambda name: find_settings(files, given.get("settings"), name))
-    everything, statuses = list(made.values()), []
-    reports = [apply_policy(report, policies[name][0]) for name, report in made.items()]
+    counted = {name: apply_policy(report, policies[name][0]) for name, report in made.items()}
+    kept = drop_called(
+        counted, () if changed else named, lambda name: find_settings(files, given.get("settings"), name)
+    )
+    everything, statuses = [made[name] for name in kept], []
+    reports = list(kept.values())
     for report in reports:
         status = find_exit_status(report.findings, report.fail_level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
@@ -274,13 +277,16 @@ def _check_one(
     elapsed, run = time.perf_counter() - begin, find_given_run(given)
     found = files.find_lines(name_caller(result.findings, name))
     facts = (shown, found, seconds, source, tuple(remarked), result.unchecked)
-    return Report(*facts, elapsed_s=elapsed, run=run, called=result.called_files)
+    called, uncertain = result.called_files, result.uncertain_files
+    return Report(*facts, elapsed_s=elapsed, run=run, called=called, uncertain=uncertain)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":
     """A report that prints no notes and remarks, and warnings only if they are asked for. It counts them all."""
     kept = ("error", "warning") if warnings else ("error",)
-    return replace(report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=(), called=())
+    return replace(
+        report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=(), called=(), uncertain=()
+    )
 
 
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:

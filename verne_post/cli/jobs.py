@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import cache
 from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
@@ -118,7 +119,8 @@ class Outcome(Struct, frozen=True):
     again: bool = False
     left: tuple[str, ...] = ()
     unchecked: str = ""  #: Bodies that were not checked for contact; "" also where it could not be read.
-    called_files: tuple[str, ...] = ()  #: As of its result.
+    called_files: tuple[str, ...] = ()  #: As of its result, and the next.
+    uncertain_files: tuple[str, ...] = ()
     elapsed_s: float = 0.0  #: How long this run took for it; not recorded.
 
 
@@ -230,6 +232,7 @@ def _make_outcome(job: Job) -> Outcome:
             None if summary is None else summary.n_rows,
             unchecked=result.unchecked,
             called_files=result.called_files,
+            uncertain_files=result.uncertain_files,
         )
         made = {(job.place.parent / path.name).as_posix(): path for path in sorted(folder.iterdir())}
         for name in made:
@@ -246,12 +249,11 @@ def _make_outcome(job: Job) -> Outcome:
 
 
 def _compute_key(job: Job, source: "Text", options: "Options") -> str:
-    """The same for the same program, machine, options and version."""
-    from verne_post import __version__
+    """The same for the same program, machine, options and code of verne-post."""
     from verne_post.base.long_text import compute_sha256
 
     parts = {
-        "version": __version__,
+        "code": _compute_code_digest(),
         "program": compute_sha256(source),
         "machine": job.machine.sha256,
         "format": job.file_format,
@@ -297,6 +299,15 @@ def _find_unknown_files(job: Job, record: Record | None, made: Collection[str]) 
     index = [index_path(job.output)] if job.options.split_at_stops else []
     paths = {job.output, job.side_car, *index, *(job.root / name for name in (record.files if record else ()))}
     return tuple(sorted(str(path) for path in paths - {job.root / name for name in made} if os.path.lexists(path)))
+
+
+@cache
+def _compute_code_digest() -> str:
+    """The same while no file of verne-post changes; revisions of its repository may have one version."""
+    top = Path(__file__).parents[1]
+    files = sorted(one for one in top.rglob("*") if one.is_file() and one.parent.name != "__pycache__")
+    digests = [(one.relative_to(top).as_posix(), _compute_digest(one)) for one in files]
+    return hashlib.sha256(json.dumps(digests).encode()).hexdigest()
 
 
 def _compute_digest(path: Path) -> str:

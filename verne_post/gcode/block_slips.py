@@ -19,7 +19,7 @@ from verne_post.base.suggestions import (
 )
 from verne_post.gcode.codes import make_unknown_function
 from verne_post.gcode.program_error import write_words
-from verne_post.gcode.text import count_name
+from verne_post.gcode.text import count_name, decode_line
 from verne_post.model.findings import Finding, Remedy
 
 #: Characters of a line that are looked at on both sides of a column.
@@ -348,8 +348,8 @@ def _find_misspelt_setting(source: Text, item: Finding, unset: str) -> Finding |
     The line that sets a variable which nothing uses, and which is nearly this one, is told before any other name.
     """
     code, right = bytes(source), unset.lower()
-    count = Counter(one.decode().lower() for one in _VARIABLE.findall(code))
-    places = {one[0].decode().lower(): one for one in _SET.finditer(code)}
+    count = Counter(decode_line(one).lower() for one in _VARIABLE.findall(code))
+    places = {decode_line(one[0]).lower(): one for one in _SET.finditer(code)}
     unused_names = [one for one in places if count[one] == 1 and ("<" in one) == ("<" in right)]
     slip = find_meant(right, unused_names, slip_alone=True) if "<" in right else ""
     numbers = list_near_numbers(right[1:], [one[1:] for one in unused_names])
@@ -357,7 +357,7 @@ def _find_misspelt_setting(source: Text, item: Finding, unset: str) -> Finding |
     suggested_name = (find_correction(item.message) or ("", ""))[1].lower()
     is_other = _OF_AXIS.sub("", near) == _OF_AXIS.sub("", right)
     if near in places and right not in places and not is_other and (near != suggested_name or count[right] > 1):
-        line, wrong = code.count(b"\n", 0, places[near].start()) + 1, places[near][0].decode()
+        line, wrong = code.count(b"\n", 0, places[near].start()) + 1, decode_line(places[near][0])
         message = f"{unset} has no value, and line {line} sets {wrong}, which nothing uses; write {unset} there"
         edit = Remedy(f"write {unset}", unset, line=line, misspelt=wrong, is_choice=not slip)
         return replace(item, message=message, edits=(edit,))

@@ -8,6 +8,7 @@ from typing import Any, Final, Protocol
 from msgspec import Struct, field
 
 from verne_post.base.printable import join_names
+from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.loops import Loop
@@ -36,6 +37,15 @@ _OF_STATE: Final = ("VP016", "VP017", "VP026", "VP031", "VP041")
 _OF_POSITIONS: Final = ("VP008", "VP013", "VP016")
 #: The axis of a word that names a place.
 _PLACE: Final = re.compile(r"(?<![A-Z_$])([A-CU-Z])[ \t]*=?[ \t]*(?=[-+.\d])")
+#: Statements that say which lines come next, or set what such a statement asks for: in every language, with a letter O
+#: for a zero.
+_OF_ORDER: Final = re.compile(
+    r"^[ \t/]*+(?:N?\d++[ \t]*+)?(?:[#<O]|Q[LRS]?\d++[ \t]*+=|FN\b|(?:R\d++|[A-Z_]\w{2,80}+)[ \t]*+=)"
+    r"|(?<![A-Z_])(?:IF|ELSE|WHILE|UNTIL|REPEAT[BP]?|LOOP|FOR|CASE|DO\d|END(?:IF|FOR|WHILE|LOOP|\d)|GOTO[BCF]?|LBL|RET"
+    r"|(?<!TOOL )(?<!CYCL )(?:CALL|DEF))(?![A-Z])"
+    r"|(?<![A-Z_])M[0O]*+(?:2|17|3[0O]++|9[6-9])(?!\d)",
+    re.IGNORECASE,
+)
 #: Most findings, and errors that they count: a file with more is no G-code, or has one mistake in every line.
 MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
@@ -313,7 +323,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
         text, line, shown_line = calls.text, calls.line, calls.shown_line  # a return may leave them
         main_line = line if stop.past_errors and calls.in_main else 0
         errors: list[ProgramError] = []
-        last, moves = line + 1, execution.recorder.count
+        last, moves, chunk = line + 1, execution.recorder.count, None
         execution.recorder.lines.enter(text.name or "", line, shown_line)
         try:
             chunk = run.find_chunk()
@@ -347,6 +357,8 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             errors = [error]
         if errors:
             language = execution.recorder.language
+            if _is_order_in_doubt(errors, chunk, line, language):
+                execution.recorder.lines.note_doubt()
             errors = [one for error in errors if (one := loop.name(error, text, line, language)) is not None]
         if errors and (
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
@@ -366,6 +378,17 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             break
     execution.recorder.lines.place = None
     return execution
+
+
+def _is_order_in_doubt(errors: list[ProgramError], chunk: Chunk | None, line: int, language: str) -> bool:
+    """Whether the lines that come next may be others when the errors of a line are corrected."""
+    if chunk is None:
+        return True
+    at = next((one.line for one in errors if one.line and chunk.first_line <= one.line < chunk.end_line), line)
+    if _OF_ORDER.search(remove_remarks(decode_line(chunk.read_raw(at - chunk.first_line)), language)):
+        return True
+    corrections = (find_correction(error.message) for error in errors if error.code in _OF_READING)
+    return any(one is not None and _OF_ORDER.search(one[1]) for one in corrections)
 
 
 def may_restart(state: State) -> bool:

@@ -27,6 +27,7 @@ class LineCounter(Struct):
 
     place: OtherFile | None = None  #: What is executed of another file.
     other_files: dict[str, int] = field(default_factory=dict)  #: The files that were called: the line of each first.
+    n_certain_files: int | None = None  #: So many of them were called before it was in doubt which lines come next.
     calls: list[tuple[str, int]] = field(default_factory=list)  #: As in :class:`CalledLines`.
     _numbers: dict[tuple[str, int], int] = field(default_factory=dict)  #: Of each call.
     stretches: list[tuple[int, int]] = field(default_factory=list)  #: As in :class:`CalledLines`.
@@ -36,6 +37,17 @@ class LineCounter(Struct):
         self.place = None if shown_line is None else OtherFile(file, line, shown_line)
         if shown_line is not None and file:
             self.other_files.setdefault(file, shown_line)
+
+    def note_doubt(self) -> None:
+        """Which lines come next depends on an error: the program may not call the files that are called from now on."""
+        if self.n_certain_files is None:
+            self.n_certain_files = len(self.other_files)
+
+    def split_files(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The files that the program calls, and those that it may not call when an error is corrected."""
+        files = tuple(self.other_files)
+        n = len(files) if self.n_certain_files is None else self.n_certain_files
+        return files[:n], files[n:]
 
     def find_own(self, line: int) -> int:
         """The line in its own file of the one that is executed; one that is kept, and any other, as it is."""

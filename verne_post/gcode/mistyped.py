@@ -92,6 +92,7 @@ _WRONG_ORDER: Final = (
         _BEFORE_LETTER,
         r"\2\1\3",
     ),
+    (re.compile(r"(#)(O\d+)(?=[ \t]*[A-Z]{2})", re.IGNORECASE), "an O word has no #", r"\2"),
     (
         re.compile(r"(?<![A-Z\[=+*/-])(#)(?![LI])([A-Z])(\d+)(?![\w.])", re.IGNORECASE),
         "the # before its letter",

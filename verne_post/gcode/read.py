@@ -297,7 +297,7 @@ def _make_refusal(
             if not _is_told(item, found) and (not unread or (item.line or 0) < unread)  # else it may be its end
         ]
     error = InputError(*(place_at_plane(source, item) for item in found))
-    error.called_files = tuple(execution.recorder.lines.other_files)
+    error.called_files, error.uncertain_files = execution.recorder.lines.split_files()
     return error
 
 

@@ -232,6 +232,14 @@ class ProgramText(ChunkedText):
         return not any(remove_remarks(text).strip(" \t\r/%") for text in before)
 
     @cached_property
+    def _o_lines(self) -> re.Pattern[bytes]:
+        return re.compile(_O_LINE % self.language.o_letters, re.MULTILINE | re.IGNORECASE)
+
+    def has_o_word(self, line: int) -> bool:
+        """Whether a line has an O word as it is written."""
+        return self._o_lines.match(self.read_line(line)) is not None
+
+    @cached_property
     def structure(self) -> Structure:
         """Where O words lead.
 
@@ -242,8 +250,7 @@ class ProgramText(ChunkedText):
         """
         structure, open_words = Structure(), _Opened(self.source)
         line, at = 1, 0
-        lines = re.compile(_O_LINE % self.language.o_letters, re.MULTILINE | re.IGNORECASE)
-        for match in lines.finditer(self.source):
+        for match in self._o_lines.finditer(self.source):
             line += self.source.count(b"\n", at, match.start())
             at = match.start()
             if line < self.first_line or (self.closing is not None and not (self.opening or 0) < line < self.closing):

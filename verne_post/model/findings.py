@@ -333,16 +333,20 @@ def merge_same(findings: Iterable[Finding]) -> list[Finding]:
 
 
 class InputError(Exception):
-    """The input cannot be used at all; carries the findings that say why, and the called files executed before that."""
+    """The input cannot be used at all; carries the findings that say why, and the called files executed before that.
+
+    The uncertain files are those that it may not call when it is corrected.
+    """
 
     called_files: tuple[str, ...] = ()
+    uncertain_files: tuple[str, ...] = ()
 
     def __init__(self, *findings: Finding) -> None:
         super().__init__("; ".join(item.full_message for item in findings))
         self.findings = findings
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (type(self), self.findings, {"called_files": self.called_files})
+        return (type(self), self.findings, vars(self))
 
 
 def make_input_error(code: str, message: str, **where: object) -> InputError:

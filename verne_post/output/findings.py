@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
-from verne_post.base.printable import make_printable, make_printable_in_place
+from verne_post.base.printable import join_names, make_printable, make_printable_in_place
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
 from verne_post.model.findings import CalledPlace, Finding, describe, describe_trial, list_found
@@ -49,6 +49,7 @@ class Report(Struct, frozen=True):
     fail_level: Severity = "error"  #: Findings of this severity and graver ones refuse the program.
     run: Run = Run()  #: What commands that help with it repeat of this run.
     called: tuple[str, ...] = ()  #: Files that are checked where it calls them, and not alone.
+    uncertain: tuple[str, ...] = ()  #: Files that are refused alone, and that it may call when it is corrected.
 
     @property
     def verdict(self) -> Verdict:
@@ -98,9 +99,15 @@ def list_unchecked(reports: Sequence[Report]) -> list[str]:
 
 
 def describe_called(reports: Sequence[Report]) -> list[str]:
-    """One line that names the files which were checked only where programs call them; none without such files."""
+    """Lines that name the files which were checked only where programs call them, and those that may be called so."""
     named = [f"{', '.join(report.called)}, called by {report.program}" for report in reports if report.called]
-    return [make_printable(f"not checked alone: {'; '.join(named)}")] if named else []
+    lines = [f"not checked alone: {'; '.join(named)}"] if named else []
+    lines += [
+        f"undecided: whether {one.program} calls {join_names(one.uncertain)}; correct {one.program} first"
+        for one in reports
+        if one.uncertain
+    ]
+    return [make_printable(line) for line in lines]
 
 
 def format_finding(program: str, item: Finding) -> str:

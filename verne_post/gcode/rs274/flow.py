@@ -79,6 +79,12 @@ class Flow:
             self._refuse_to_run_on(o, line)
             return
         _ = self.calls.text.structure  # labels that do not fit together are errors from the first O word on
+        if o.keyword != "call" and not self.calls.text.has_o_word(
+            line
+        ):  # only its correction is one: no partner has it
+            error = ProgramError("VP023", f"o{o.label} {o.keyword} is misspelt")
+            error.breaks_structure = True
+            raise error
         try:
             self._execute_o_word(o, line)
         except ProgramError as error:

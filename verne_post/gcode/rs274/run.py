@@ -360,7 +360,7 @@ class _BlockRun:
                 )
                 execution.recorder.note_once("VP010", what, self.calls.line, edits, severity="warning")
             return False
-        elif not execution.recorder.count and not execution.errors and _has_subprograms(text):
+        elif not execution.recorder.count and not execution.errors and _is_of_subprograms(text):
             what = f"{IS_SUBPROGRAM}, and nothing calls it here; {CHECK_CALLER}"
             execution.report_at_line("VP010", what, max(text.n_lines, 1), advice="")
             return False
@@ -377,10 +377,13 @@ class _BlockRun:
         self.flow.macros.leave(frame)
 
 
-def _has_subprograms(text: ProgramText) -> bool:
-    """Whether a text defines subprograms, with labels that fit together."""
+def _is_of_subprograms(text: ProgramText) -> bool:
+    """Whether a text begins and ends with subprograms, whose labels fit together: no lines of its own call them."""
     with suppress(ProgramError):
-        return bool(text.structure.subs)
+        if subs := text.structure.subs.values():
+            after = range(max(end for _begin, end in subs) + 1, text.n_lines + 1)
+            behind = (remove_remarks(decode_line(text.read_line(line))).strip(" \t\r/%") for line in after)
+            return text.is_head(min(begin for begin, _end in subs)) and not any(behind)
     return False
 
 
