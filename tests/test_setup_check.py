@@ -1148,8 +1148,11 @@ def test_a_rotary_word_with_a_wrong_point_or_sign_is_in_doubt(angles: tuple[int,
     assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
 
 
-EVEN = ("X5. Y-1. Z1.05 A-5. C10.", "X10. Y-3. Z1.1 A-10. C20.", "X15. Y-5. Z1.25 A-15. C30.",
-        "X20. Y-7. Z1.4 A-20. C40.", "X25. Y-9. Z1.6 A-25. C50.")  # fmt: skip
+EVEN = """X5. Y-1. Z1.05 A-5. C10.
+X10. Y-3. Z1.1 A-10. C20.
+X15. Y-5. Z1.25 A-15. C30.
+X20. Y-7. Z1.4 A-20. C40.
+X25. Y-9. Z1.6 A-25. C50.""".split("\n")
 
 
 @pytest.mark.parametrize(
