@@ -421,6 +421,21 @@ def test_c_does_not_turn_for_the_place_of_the_machine_at_the_end(tail: str) -> N
     assert np.abs(np.degrees(program.path.end[:, 3])).max() == pytest.approx(np.degrees(np.arctan2(0.1, 0.995)))
 
 
+@pytest.mark.parametrize("word", ["C0", "C180"])
+@pytest.mark.parametrize("end", ["", "X30 Z5 I0 J0 K1\n"])
+def test_a_place_of_the_machine_after_tool_axes_is_that_of_its_words(word: str, end: str) -> None:
+    """Under an upright tool C stands as it was read; with a tilted one the text is read for where it stands."""
+    cuts = "G1 X5 Z0 I0 J-.3 K.9539392 F1500\nX10 I0 J.3 K.9539392\n"
+    source = (
+        f"G21 G90 G54\nG0 X0 Y0 A0 {word}\nG43.5 H1 Z50\n{cuts}{end}G0 Z60\nG49\nG53 G0 Z0\nG53 G0 X100 Y-70\nM30\n"
+    )
+    setup = vp.Options(tool_length=LENGTH, wcs={"G54": (10, 20, 60)}, dialect="fanuc")
+    machine = vp.load_machine("ac_trunnion")
+    path = assemble(source.encode(), machine, setup).path
+    joints, _platform, _ok = machine.five_axis.solve(path.end[-1:, :3], path.end[-1:, 3:], path.tool_length[-1:])
+    assert joints[0, :3] == pytest.approx([100.0, -70.0, 0.0], abs=1e-4)
+
+
 @pytest.mark.parametrize("first", ["G1 X10 A110 F3000", "G2 X20 I10 A110 F3000"])
 def test_a_corner_at_the_end_of_a_travel_does_not_swing_beyond_it(first: str, run: Runner, tmp_path: Path) -> None:
     """Wide corners swing out before they turn: A stands at its limit along line 3, which is legal to the last digit."""

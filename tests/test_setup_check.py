@@ -1148,11 +1148,8 @@ def test_a_rotary_word_with_a_wrong_point_or_sign_is_in_doubt(angles: tuple[int,
     assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
 
 
-EVEN = """X5. Y-1. Z1.05 A-5. C10.
-X10. Y-3. Z1.1 A-10. C20.
-X15. Y-5. Z1.25 A-15. C30.
-X20. Y-7. Z1.4 A-20. C40.
-X25. Y-9. Z1.6 A-25. C50.""".split("\n")
+EVEN_BEFORE = "X5. Y-1. Z1.05 A-5. C10.\nX10. Y-3. Z1.1 A-10. C20."
+EVEN_AFTER = "X20. Y-7. Z1.4 A-20. C40.\nX25. Y-9. Z1.6 A-25. C50."
 
 
 @pytest.mark.parametrize(
@@ -1184,7 +1181,7 @@ X25. Y-9. Z1.6 A-25. C50.""".split("\n")
 def test_a_word_that_leaves_the_way_of_the_cuts_beside_it_is_in_doubt(
     unit: str, wrong: str, code: str, said: str, value: str
 ) -> None:
-    cuts = "\n".join((*EVEN[:2], wrong, *EVEN[3:]))
+    cuts = f"{EVEN_BEFORE}\n{wrong}\n{EVEN_AFTER}"
     head = f"O1\n{unit} G90 G17 G54\nT1 M6\nS900 M3\n#1=30.\n#2=150.\nG43.4 H1 G0 X0 Y0 Z5. A0 C0\nG1 Z1. F90.\n"
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
     result = vp.check(f"{head}{cuts}\nG0 Z6.\nM30\n", "ac_trunnion", options)

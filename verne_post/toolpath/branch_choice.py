@@ -1,6 +1,5 @@
 """The branches of the table for a program, chosen over the whole path; deviations from the program are reported."""
 
-import math
 from typing import Final
 
 import numpy as np
@@ -12,7 +11,7 @@ from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Frame, Moves, TablePlace
+from verne_post.model.moves import AXES, Frame, Moves, TablePlace
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
@@ -51,9 +50,9 @@ def choose_branches(
             return ok & inside & clear
 
         c_range = float(limits.lower[-1]), float(limits.upper[-1])
-        word, away = _find_word_before(path, moves, machine), 0.0
+        word, away = _find_word_before(path, moves, machine), None
         if word is not None and machine.coordinates.nutation is None:
-            away = math.radians(_find_start(path.start[0, 3:], machine) - word)
+            away = (_find_start(path.start[0, 3:], machine) - word) / machine.columns[-1].factor
         plan = plan_branches(
             path,
             is_legal,
@@ -62,7 +61,7 @@ def choose_branches(
             machine.coordinates.nutation,
             moves.find_named(path.move),
             away,
-            _find_held(path, moves.table_places[places_known:]),
+            _find_held(path, [place for place in moves.table_places[places_known:] if _is_open(place, machine)]),
         )
         if plan is None:
             return None
@@ -133,15 +132,21 @@ def report_branch_changes(
     return findings
 
 
-def _find_held(path: ToolPath, places: tuple[TablePlace, ...]) -> Mask:
+def _is_open(place: TablePlace, machine: Machine) -> bool:
+    """Whether a tool axis leaves a place of the table to the branch: under an upright tool it is as it was read."""
+    stands = np.zeros(len(AXES))
+    stands[list(machine.coordinates.rotary)] = place.machine
+    return not place.by_words and machine.coordinates.find_other_side(stands) is not None
+
+
+def _find_held(path: ToolPath, places: list[TablePlace]) -> Mask:
     """Segments (n,) from places of the table on, up to the next that turns it."""
     held = np.zeros(len(path), dtype=bool)
     turns = path.free | (np.abs(path.end - path.start)[:, 3:] > ZERO_ANGLE).any(axis=1)
     turning = np.append(np.flatnonzero(turns), len(path))
     for place in places:
-        if not place.by_words:
-            first = int(np.searchsorted(path.move, place.before))
-            held[first : turning[np.searchsorted(turning, first)]] = True
+        first = int(np.searchsorted(path.move, place.before))
+        held[first : turning[np.searchsorted(turning, first)]] = True
     return held
 
 

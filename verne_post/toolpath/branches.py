@@ -77,7 +77,7 @@ def plan_branches(
     team: Team = ALONE,
     nutation: Nutation | None = None,
     named: Mask | None = None,
-    away: float = 0.0,
+    away: float | None = None,
     held: Mask | None = None,
 ) -> BranchPlan | None:
     """Choose the branch of every segment; None where the programmed one keeps the limits, or nothing is better.
@@ -94,7 +94,7 @@ def plan_branches(
     named : ndarray of bool, shape (n,), optional
         Segments whose A and C are words of the program: those that are not free, and those whose words go along a great
         circle.
-    away : float
+    away : float, optional
         Angle of C, rad, by which the provisional start is beyond where words before the path have left it.
     held : ndarray of bool, shape (n,), optional
         Segments whose A and C are where tool axes before them have left the table, which is not known yet.
@@ -135,7 +135,7 @@ class _Choice(Struct, frozen=True, eq=False):
     possible: tuple[Mask, ...]
     c_range: tuple[float, float]
     nutation: Nutation | None
-    away: float  #: Angle of C from where words before the path have left it to the provisional start, rad.
+    away: float | None  #: Angle of C from where words before the path have left it to the provisional start, rad.
 
     def find_legal(self, branch: Branch) -> Mask:
         """Segments (n,) that a branch can take, the travel of C included."""
@@ -254,13 +254,10 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     begin = np.stack([branch.apply_to(path.start[firsts, 3:]) for branch in states], axis=1)
     finish = np.stack([branch.apply_to(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
-    # a vertical beginning already stands as it will leave
-    away = np.abs(choice.away + begin[0, :, 1] - path.start[0, 4])
-    nearest = np.rint(away / TRAVEL_STEP).astype(int).tolist()
     costs: list[list[_Cost]] = [
         [
-            (int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0 if k else way, 0 if k else nearest[s], 0 if k else s)
-            for s, way in enumerate(_find_ways(away))
+            (int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0 if k else way, 0 if k else s)
+            for s, way in enumerate(_find_ways(choice, begin[0, :, 1]))
         ]
         for k in range(len(firsts))
     ]
@@ -289,24 +286,27 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     return _lay_out(choice, spans, [states[s] for s in chosen], legal=total[0] == 0)
 
 
-def _find_ways(away: Array) -> list[int]:
-    """Travel of C before each branch (n,): whole turns more than the shorter way from where words have left the table.
+def _find_ways(choice: _Choice, begin: Array) -> list[int]:
+    """Travel of C to where each branch begins (n,), from where words have left the table.
 
-    ``away``: the angle of C from there to the first tilted tool on each branch, rad.
+    Where no word has, a branch begins where the machine is put before the start: whole turns count.
     """
-    turns = np.ceil(away / (2 * np.pi) - 0.5 - ZERO_ANGLE)
-    found: list[int] = np.rint(2 * np.pi * turns / TRAVEL_STEP).astype(int).tolist()
+    # a vertical beginning already stands as it will leave
+    away = np.abs((choice.away or 0.0) + begin - choice.path.start[0, 4])
+    if choice.away is None:
+        away = 2 * np.pi * np.ceil(away / (2 * np.pi) - 0.5 - ZERO_ANGLE)
+    found: list[int] = np.rint(away / TRAVEL_STEP).astype(int).tolist()
     return found
 
 
 #: Numbers in order of weight: segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the
-#: programmed branch, turns of C in place under a vertical tool, rotary travel. Where all are equal, the last two keep
-#: the first segment near the C of words before it, and as it is.
-_Cost = tuple[int, int, int, int, int, int, int, int]
+#: programmed branch, turns of C in place under a vertical tool, rotary travel. Where all are equal, the last one keeps
+#: the first segment as it is.
+_Cost = tuple[int, int, int, int, int, int, int]
 
 
 def _add(a: _Cost, b: _Cost) -> _Cost:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6], a[7] + b[7])
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6])
 
 
 def _compute_passage_cost(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
@@ -314,12 +314,12 @@ def _compute_passage_cost(before: Array, after: Array, *, bridged: bool, fed: bo
     tilt, turn = abs(float(after[0] - before[0])), abs(float(after[1] - before[1]))
     travel = round((tilt + turn) / TRAVEL_STEP)
     if _meets(before, after):
-        return (0, 0, 0, 0, 0, 0, 0, 0)
+        return (0, 0, 0, 0, 0, 0, 0)
     if bridged:
-        return (0, 0, 0, 0, 0, travel, 0, 0)
+        return (0, 0, 0, 0, 0, travel, 0)
     if _are_upright(before, after) and tilt <= ZERO_ANGLE:
-        return (0, 0, 0, 0, 1, travel, 0, 0)
-    return (0, int(fed), 1, 0, 0, travel, 0, 0)
+        return (0, 0, 0, 0, 1, travel, 0)
+    return (0, int(fed), 1, 0, 0, travel, 0)
 
 
 def _meets(before: Array, after: Array) -> bool:
