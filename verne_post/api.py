@@ -294,12 +294,15 @@ def verify(
     name, read_blocks = _open_setpoints(setpoints)
     text, chosen, read = _read_program(source, options, setup, settings)
     loaded = _load_machine(machine, read)
+    are_parts, (number, count) = isinstance(setpoints, list | tuple), _find_place(setpoints)
+    if are_parts or count > 1 or _is_index(setpoints):
+        chosen = chosen.changed(split_at_stops=True)
     program = assemble(text, loaded, chosen)
     if _is_index(setpoints):
         verdict = verify_index(program, Path(setpoints))
     else:
-        verdict = verify_setpoints(program, read_blocks(program), split=isinstance(setpoints, list | tuple))
-    verdict = judge_part(name, verdict, *_find_place(setpoints))
+        verdict = verify_setpoints(program, read_blocks(program), split=are_parts)
+    verdict = judge_part(name, verdict, number, count)
     lines = [format_finding(chosen.source_name, item) for item in verdict.findings]
     if verdict.unchecked:
         lines.append(f"{verdict.unchecked} Verify all parts together: give the index, as axes.index.json.")
