@@ -146,7 +146,7 @@ VECTOR = "FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR"
         (KLARTEXT, VECTOR, 5.7, 180, 0, ""),
         (SIEMENS, "ORIWKS", 5.7, 180, 0, ""),
         (KLARTEXT, "M128", 5.7, 110, 0, ""),
-        (KLARTEXT, "M128", 1.9, 180, 0, ""),  # steps of a smooth path over the pole
+        (KLARTEXT, "M128", 2.9, 180, 0, ""),  # steps of a smooth path over the pole
         (KLARTEXT, "M128", 50.0, 180, 0, ""),  # the vectors themselves are as far apart
     ],
 )

@@ -20,8 +20,9 @@ _NEARLY_HALF_TURN: Final = np.radians(179.0)
 #: Linear A and C between two tool vectors sweep the tool around a cone where the shortest way between the vectors comes
 #: to the vertical within half the tilt of both: C turns by 120 deg or more.
 _WIDE: Final = np.radians(120.0)
-#: Vectors with less tilt may be steps of a smooth path over the pole, near which C turns fast on every machine.
-_LEAST_TILT: Final = np.radians(2.0)
+#: Vectors with less tilt may be steps of a smooth path over the pole, near which C turns fast on every machine. Two with
+#: this tilt and 120 deg of C between them are 5.2 deg apart: no post makes steps so large along a smooth surface.
+_LEAST_TILT: Final = np.radians(3.0)
 #: A turn by more, deg, the other way is no cure: the word itself is in doubt.
 _NEAR: Final = 90.0
 #: Chords in which the direction of arcs and splines is followed.
@@ -56,6 +57,7 @@ def _find_swept(path: ToolPath, moves: Moves, rows: Ints) -> Ints:
     turn = np.abs(path.end[rows, 4] - path.start[rows, 4])
     some = (turn >= _WIDE) & (turn <= np.pi + ZERO_ANGLE) & (path.circle[rows] < 0) & (path.feed_time[rows] > 0)
     some &= (path.kind[rows] == SegmentKind.LINE) & (path.move[rows] >= 0)
+    some &= (path.start[rows, :3] != path.end[rows, :3]).any(axis=1)  # a turn in place is meant, mostly in the air
     some = rows[some]
     some = some[moves.find_aimed(path.move[some])]
     tilt = np.abs(np.sin([path.start[some, 3], path.end[some, 3]])).min(axis=0)
