@@ -14,7 +14,8 @@ PAGE = Path(__file__).with_name("api.md")
 HEAD = '''# Python API
 
 `verne_post` converts, checks, verifies and explains programs in Python: each function does what the command of its name
-does (`make_report` does what the command `report` does). The snippets of this part follow each other.
+does (`make_report` does what `report` does, `read_moves` what `dump moves` does). The snippets of this part follow each
+other.
 
 **Check a program.** A `str` is the text of a program; give a file as `Path("part.nc")`.
 
@@ -75,7 +76,7 @@ for tolerance in (0.005, 0.02, 0.05):
 ```
 
 **Sweep a limit of the machine.** `changed` takes keys and units of the [machine file](machine-file.md), and validates
-them as it is validated. The other machine has another `sha256`, and `provenance["changed"]` says what differs.
+them as the file is validated. The other machine has another `sha256`. Its `changes` say what differs; so does the summary.
 
 ```python
 machine = vp.load_machine("verne")

@@ -541,6 +541,8 @@ def test_a_changed_machine_is_validated_and_has_another_hash() -> None:
     assert half.scale_limits().jerk.tolist() == [1e4, 2e4, 3e4, 5000.0, 20000.0]
     assert half.provenance["changed"] == "limits.a_jerk = 5000, limits.rho_jerk = [10000.0, 20000.0, 30000.0]"
     assert half.sha256 != machine.sha256
+    result = vp.convert(SHORT, half, OPTIONS)
+    assert "changed not as in the machine file: limits.a_jerk = 5000, limits" in " ".join(str(result.summary).split())
     again = machine.changed({"limits.rho_jerk": (1e4, 2e4, 3e4)}).changed({"limits.a_jerk": 5000.0})
     assert again.sha256 == pickle.loads(pickle.dumps(half)).changed({}).sha256 == half.sha256
     back = half.changed({"limits.a_jerk": 10000, "limits.rho_jerk": 100000})
@@ -561,7 +563,9 @@ def test_replaced_numbers_give_a_machine_another_hash() -> None:
     limits = dataclasses.replace(machine.limits, jerk=machine.limits.jerk / 2)
     for given in ({"limits": limits}, {"cycle": 0.004}, {"name": "other"}):
         assert dataclasses.replace(machine, **given).sha256 != machine.sha256
+        assert dataclasses.replace(machine, **given).changes == "numbers replaced in Python"
     assert dataclasses.replace(machine, limits=machine.limits).sha256 == machine.sha256
+    assert not machine.changes
 
 
 def test_moves_are_those_that_the_command_prints(part: Path, run: Callable[..., Any]) -> None:

@@ -237,6 +237,12 @@ class Machine:
             return self.file_sha256
         return hashlib.sha256(f"{self.file_sha256} {numbers}".encode()).hexdigest()
 
+    @property
+    def changes(self) -> str:
+        """In what it differs from its file, in words; empty where it does not."""
+        replaced = "numbers replaced in Python" if self._compute_hash() != self.file_numbers else ""
+        return ", ".join(filter(None, (self.provenance.get("changed"), replaced)))
+
     def changed(self, values: Mapping[str, object]) -> "Machine":
         """The same machine with other values for keys of its file, validated as it is; ``sha256`` is another one.
 

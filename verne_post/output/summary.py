@@ -116,6 +116,7 @@ def list_facts(summary: Summary) -> list[tuple[str, str]]:
         *_describe_rounding(summary),
         *_describe_setup(summary),
         *([("not limited", summary.machine.unlimited)] if summary.machine.unlimited else []),
+        *([("changed", f"not as in the machine file: {changes}")] if (changes := summary.machine.changes) else []),
         *_describe_provisional(summary),
         *_describe_manual_stops(summary),
     ]

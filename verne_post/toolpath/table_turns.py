@@ -20,8 +20,8 @@ _NEARLY_HALF_TURN: Final = np.radians(179.0)
 #: Linear A and C between two tool vectors sweep the tool around a cone where the shortest way between the vectors comes
 #: to the vertical within half the tilt of both: C turns by 120 deg or more.
 _WIDE: Final = np.radians(120.0)
-#: Vectors with less tilt may be steps of a smooth path over the pole, near which C turns fast on every machine. Two with
-#: this tilt and 120 deg of C between them are 5.2 deg apart: no post makes steps so large along a smooth surface.
+#: Vectors with less tilt may be steps of a smooth path over the pole, near which C turns fast on every machine. Two of
+#: this tilt with 120 deg of C between them are 5.2 deg apart: no post makes such steps along a smooth surface.
 _LEAST_TILT: Final = np.radians(3.0)
 #: A turn by more, deg, the other way is no cure: the word itself is in doubt.
 _NEAR: Final = 90.0
