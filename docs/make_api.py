@@ -76,7 +76,8 @@ for tolerance in (0.005, 0.02, 0.05):
 ```
 
 **Sweep a limit of the machine.** `changed` takes keys and units of the [machine file](machine-file.md), and validates
-them as the file is validated. The other machine has another `sha256`. Its `changes` say what differs; so does the summary.
+them as the file is validated. The other machine has another `sha256`. Its `changes` say
+what differs, and so does the summary.
 
 ```python
 machine = vp.load_machine("verne")
