@@ -143,6 +143,7 @@ VECTOR = "FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR"
         (KLARTEXT, "M128", 5.7, 180, 2, "Write PATHCTRL VECTOR in FUNCTION TCPM, which stands in place of M128"),
         (KLARTEXT, "M128", 5.7, 130, 2, "Write PATHCTRL VECTOR in FUNCTION TCPM, which stands in place of M128"),
         (SIEMENS, "ORIMKS", 5.7, 180, 9, "Write ORIWKS, or ORIVECT"),
+        (KLARTEXT, f"{VECTOR}; --orientation angles", 5.7, 130, 2, "Leave --orientation angles out"),
         (KLARTEXT, VECTOR, 5.7, 180, 0, ""),
         (SIEMENS, "ORIWKS", 5.7, 180, 0, ""),
         (KLARTEXT, "M128", 5.7, 110, 0, ""),
@@ -155,8 +156,9 @@ def test_tool_vectors_around_which_linear_axes_sweep_a_cone(text, on, tilt, turn
     names = ("TX", "TY", "TZ") if text is KLARTEXT else ("A3=", "B3=", "C3=")
     axes = [axis_of(math.radians(tilt), math.radians(c)) for c in (0.0, turn)]
     words = [" ".join(f"{n}{v:+.7f}" for n, v in zip(names, axis, strict=True)) for axis in axes]
-    source = text.format(*words, on=on, words=WORDS).encode()
+    source = text.format(*words, on=on.partition(";")[0], words=WORDS).encode()
     options = Options(tool_length=80.0, wcs=AT_THE_CENTRE, tools={1: 80.0} if text is KLARTEXT else {})
+    options = options.changed(orientation="angles" if "angles" in on else "auto")
     prog = assemble(source, verne_post.load_machine("ac_trunnion"), options)
     found = [item for item in prog.findings if item.code == "VP301"]
     assert [item.count for item in found] == [count] * bool(count)

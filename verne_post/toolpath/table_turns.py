@@ -126,7 +126,8 @@ def _report_swept(path: ToolPath, moves: Moves, machine: Machine, rows: list[int
         f"{what}, and the tilted tool sweeps around with it: the tool vectors at both ends are {between:.3g} deg "
         f"apart, and pass close to the vertical, but {' and '.join(machine.rotary_letters)} go linearly"
     )
-    straight = _STRAIGHT.get(moves.language, "Leave --orientation angles out")
+    by_option = not moves.find_named(path.move[rows[:1]])[0]
+    straight = "Leave --orientation angles out" if by_option else _STRAIGHT[moves.language]
     advice = f"{straight}: the tool axis then goes straight from vector to vector."
     return make_finding("VP301", text, severity="warning", advice=advice, **_count(path, rows))
 
