@@ -14,7 +14,8 @@ PAGE = Path(__file__).with_name("api.md")
 HEAD = '''# Python API
 
 `verne_post` converts, checks, verifies and explains programs in Python: each function does what the command of its name
-does (`make_report` does what the command `report` does). The snippets of this part follow each other.
+does (`make_report` does what `report` does, `read_moves` what `dump moves` does). The snippets of this part follow each
+other.
 
 **Check a program.** A `str` is the text of a program; give a file as `Path("part.nc")`.
 
@@ -74,6 +75,25 @@ for tolerance in (0.005, 0.02, 0.05):
     print(tolerance, result.summary.time_s if result.summary else result.verdict)
 ```
 
+**Sweep a limit of the machine.** `changed` takes keys and units of the [machine file](machine-file.md), and validates
+them as the file is validated. The other machine has another `sha256`. Its `changes` say
+what differs, and so does the summary.
+
+```python
+machine = vp.load_machine("verne")
+for share in (1.0, 0.5, 0.25):
+    other = machine.changed({"limits.rho_jerk": share * 100000, "limits.a_jerk": share * 10000})  # mm/s3, deg/s3
+    print(share, vp.check(text, other, options).summary.time_s)
+```
+
+**The moves of a program.** `read_moves` reads a program and solves nothing. Without a machine it is any interpreter.
+
+```python
+moves = vp.read_moves(text, "verne", options)
+ends = [one["end"][:3] for one in moves if "end" in one]  # mm, in the active work system
+changes = [one for one in moves if one["kind"] == "tool"]
+```
+
 **Tools by name.** Siemens, Klartext and CL programs may call tools by names, and options may have them:
 
 ```python
@@ -102,7 +122,7 @@ last digits of rows differ from those of the command ([why](setpoints.md#format)
 | `check`, `convert`, `batch` | findings of the result | a finding (VP902) |
 | `explain` | findings of the explanation | raised |
 | `make_report` | a bad program: findings of the page; a bad set-up raises `InputError` | raised |
-| `verify`, `machined`, `fit` | raises `InputError` | raised |
+| `verify`, `machined`, `fit`, `read_moves` | raises `InputError` | raised |
 
 `InputError` has findings; a bad machine file raises it in every function. A bad *call*, such as a program whose file
 does not exist, raises `UsageError`. It names the argument and what would be right. An internal error is a fault of
@@ -117,8 +137,7 @@ Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see wh
 `print(result.summary)`.
 
 All names below are typed for strict checkers, and `dir(verne_post)` lists what you call. Classes that only stand in
-results have no name there. `verne_post.gcode.read_moves` is the interpreter without a machine. `docs/make_api.py`
-makes this page from the docstrings.
+results have no name there. `docs/make_api.py` makes this page from the docstrings.
 '''
 FUNCTIONS = (
     "load_machine",
@@ -131,6 +150,7 @@ FUNCTIONS = (
     "fit",
     "batch",
     "make_report",
+    "read_moves",
     "work_offsets",
     "read_settings",
     "choose_kernels",
@@ -138,9 +158,8 @@ FUNCTIONS = (
 CLASSES = (
     "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result",
     "Setpoints", "SetpointBlock", "SetpointFormat", "Finding", "Cause", "Remedy", "Explanation",
-    "Verification",
-    "Machined", "Proposal", "Batch", "BatchRow", "Page", "Settings", "Summary", "Verdict", "Machine", "Column",
-    "Limits", "UsageError", "InputError",
+    "Verification", "Machined", "Proposal", "Batch", "BatchRow", "Page", "ProgramMoves", "Settings", "Summary",
+    "Verdict", "Machine", "Column", "Limits", "UsageError", "InputError",
 )  # fmt: skip
 
 

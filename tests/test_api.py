@@ -5,6 +5,7 @@ import dataclasses
 import doctest
 import inspect
 import io
+import json
 import math
 import os
 import pickle
@@ -43,7 +44,7 @@ def test_names_are_visible_and_only_they() -> None:
         assert getattr(vp, name) is not None
     for name in vp.__all__:
         thing = getattr(vp, name)
-        assert name in ("__version__", "gcode") or inspect.getdoc(thing), name
+        assert name == "__version__" or inspect.getdoc(thing), name
 
 
 def test_bytes_text_and_paths_are_the_same_program() -> None:
@@ -496,6 +497,9 @@ def test_a_program_of_one_line_is_no_name_of_a_file(text: str) -> None:
         (lambda: vp.verify(b"\xff", SHORT, "verne"), "setpoints"),
         (lambda: vp.load_machine(None), "machine"),  # type: ignore[arg-type]
         (lambda: vp.load_machine(b""), "machine"),  # type: ignore[arg-type]
+        (lambda: vp.read_moves(5), "source"),  # type: ignore[arg-type]
+        (lambda: vp.load_machine().changed({1: 2}), "values"),  # type: ignore[dict-item]
+        (lambda: dataclasses.replace(vp.load_machine(), cycle=0.004).changed({}), "machine"),
         (lambda: vp.verify(3, SHORT, "verne"), "setpoints"),  # type: ignore[arg-type]
         (lambda: vp.work_offsets(G60=(1, 2, 3)), "wcs"),
         (lambda: setattr(OPTIONS, "air", 3.0), "air"),
@@ -529,6 +533,51 @@ def test_a_machine_that_does_not_exist_is_an_input_error() -> None:
     for name in ("no such machine", "a\0b"):
         with pytest.raises(vp.InputError):
             vp.convert(SHORT, name)
+
+
+def test_a_changed_machine_is_validated_and_has_another_hash() -> None:
+    machine = vp.load_machine("verne")
+    half = machine.changed({"limits.a_jerk": 5000, "limits.rho_jerk": np.array([1e4, 2e4, 3e4])})
+    assert half.scale_limits().jerk.tolist() == [1e4, 2e4, 3e4, 5000.0, 20000.0]
+    assert half.provenance["changed"] == "limits.a_jerk = 5000, limits.rho_jerk = [10000.0, 20000.0, 30000.0]"
+    assert half.sha256 != machine.sha256
+    result = vp.convert(SHORT, half, OPTIONS)
+    assert "changed not as in the machine file: limits.a_jerk = 5000, limits" in " ".join(str(result.summary).split())
+    again = machine.changed({"limits.rho_jerk": (1e4, 2e4, 3e4)}).changed({"limits.a_jerk": 5000.0})
+    assert again.sha256 == pickle.loads(pickle.dumps(half)).changed({}).sha256 == half.sha256
+    back = half.changed({"limits.a_jerk": 10000, "limits.rho_jerk": 100000})
+    assert (back.sha256, back.provenance) == (machine.sha256, machine.provenance)
+    assert "jerk of a: " in machine.changed({"limits.a_jerk": None}).unlimited
+    for key, value, said in (
+        ("limits.a_jrk", 1, "did you mean a_jerk?"),
+        ("limits.a_jerk", -1, "limits.a_jerk = -1: expected a number: above 0"),
+        ("name.first", "x", "name.first: name is no table"),
+        ("as_built.file", "other.toml", "'other.toml' is not the file that was loaded"),
+    ):
+        with pytest.raises(vp.InputError, match=re.escape(said)):
+            machine.changed({key: value})
+
+
+def test_replaced_numbers_give_a_machine_another_hash() -> None:
+    machine = vp.load_machine("verne")
+    limits = dataclasses.replace(machine.limits, jerk=machine.limits.jerk / 2)
+    for given in ({"limits": limits}, {"cycle": 0.004}, {"name": "other"}):
+        assert dataclasses.replace(machine, **given).sha256 != machine.sha256
+        assert dataclasses.replace(machine, **given).changes == "numbers replaced in Python"
+    assert dataclasses.replace(machine, limits=machine.limits).sha256 == machine.sha256
+    assert not machine.changes
+
+
+def test_moves_are_those_that_the_command_prints(part: Path, run: Callable[..., Any]) -> None:
+    """With and without a machine; the set-up beside the program gives the tools."""
+    for machine in (None, "verne"):
+        answer = run("dump", "moves", str(part), *(["--machine", machine] if machine else []))
+        assert [json.loads(line) for line in answer.out.splitlines()] == list(vp.read_moves(part, machine))
+    moves = vp.read_moves(SHORT)
+    assert list(moves) == list(vp.read_moves(SHORT.encode())) == [moves[k] for k in range(len(moves))]
+    assert repr(moves) == "3 moves and events: 1 rapid, 1 feed, 1 end; 0 findings"
+    with pytest.raises(vp.InputError, match="X appears twice in the block"):
+        vp.read_moves("G21 G90\nG0 X1 X2\nM2\n")
 
 
 def test_bad_programs_are_results() -> None:

@@ -8,6 +8,7 @@
     fit             where the part may be clamped             Proposal
     batch           many programs, each with its set-up       Batch
     make_report     one page that shows a program             Page
+    read_moves      the moves of a program, as it is read     ProgramMoves
     load_machine    a machine by name or file                 Machine
     list_machines   the names of the machines it comes with   tuple of str
     Options         tools, work offsets, tolerances, ...
@@ -26,10 +27,10 @@ import importlib as _importlib
 import typing as _typing
 
 if _typing.TYPE_CHECKING:
-    from verne_post import gcode
     from verne_post.api import (
         Batch,
         Page,
+        ProgramMoves,
         batch,
         check,
         convert,
@@ -38,6 +39,7 @@ if _typing.TYPE_CHECKING:
         load_machine,
         machined,
         make_report,
+        read_moves,
         read_settings,
         verify,
     )
@@ -62,7 +64,10 @@ __version__ = "0.1.0"
 
 #: Module -> the public names that it defines.
 _NAMES = {
-    "api": "Batch Page batch check convert explain fit load_machine machined make_report read_settings verify",
+    "api": (
+        "Batch Page ProgramMoves batch check convert explain fit load_machine machined make_report read_moves "
+        "read_settings verify"
+    ),
     "app.explain": "Explanation",
     "app.result": "Result Setpoints",
     "cli.arithmetic": "choose_kernels",
@@ -86,16 +91,18 @@ _HOME = {name: f"verne_post.{module}" for module, names in _NAMES.items() for na
 #: What people look for by a command or by another word -> the call that does it.
 _DONE_BY = {
     "compare": "make_report(..., versus=...)",
+    "dump": "read_moves",
+    "gcode": "read_moves",
     "stream": "convert(..., sink=...)",
     "split": "setpoints.split()",
 }
 
 __all__ = [
     "Batch", "Box", "Cylinder", "Explanation", "Finding", "FixtureMesh", "InputError", "Machine", "Machined",
-    "NominalPart", "Options", "OwnStock", "Page", "Proposal", "Result", "SetpointBlock", "Setpoints", "Settings",
-    "Summary", "Tool", "UsageError", "Verdict", "Verification", "Wanted", "WorkOffset", "__version__", "batch",
-    "check", "choose_kernels", "convert", "explain", "fit", "gcode", "list_machines", "load_machine", "machined",
-    "make_report", "read_settings", "verify", "work_offsets",
+    "NominalPart", "Options", "OwnStock", "Page", "ProgramMoves", "Proposal", "Result", "SetpointBlock", "Setpoints",
+    "Settings", "Summary", "Tool", "UsageError", "Verdict", "Verification", "Wanted", "WorkOffset", "__version__",
+    "batch", "check", "choose_kernels", "convert", "explain", "fit", "list_machines", "load_machine", "machined",
+    "make_report", "read_moves", "read_settings", "verify", "work_offsets",
 ]  # fmt: skip
 
 
@@ -104,8 +111,6 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> object:
-    if name == "gcode":
-        return _importlib.import_module("verne_post.gcode")
     if name in _HOME:
         return getattr(_importlib.import_module(_HOME[name]), name)
     near = ""

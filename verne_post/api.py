@@ -13,6 +13,7 @@ import math
 import os
 import re
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -23,7 +24,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import config
-from verne_post.app.assemble import Program, assemble
+from verne_post.app.assemble import Program, assemble, read_draft, view_moves_plainly
 from verne_post.app.called_files import drop_called
 from verne_post.app.convert import check_source, convert_source
 from verne_post.app.explain import Explanation, explain_refused, explain_source
@@ -51,6 +52,7 @@ from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
 from verne_post.output.batch_table import count_results, format_batch, make_batch_rows
 from verne_post.output.commands import find_run
+from verne_post.output.dump import list_records
 from verne_post.output.findings import (
     Report,
     choose_remedy,
@@ -292,12 +294,15 @@ def verify(
     name, read_blocks = _open_setpoints(setpoints)
     text, chosen, read = _read_program(source, options, setup, settings)
     loaded = _load_machine(machine, read)
+    are_parts, (number, count) = isinstance(setpoints, list | tuple), _find_place(setpoints)
+    if are_parts or count > 1 or _is_index(setpoints):
+        chosen = chosen.changed(split_at_stops=True)
     program = assemble(text, loaded, chosen)
     if _is_index(setpoints):
         verdict = verify_index(program, Path(setpoints))
     else:
-        verdict = verify_setpoints(program, read_blocks(program), split=isinstance(setpoints, list | tuple))
-    verdict = judge_part(name, verdict, *_find_place(setpoints))
+        verdict = verify_setpoints(program, read_blocks(program), split=are_parts)
+    verdict = judge_part(name, verdict, number, count)
     lines = [format_finding(chosen.source_name, item) for item in verdict.findings]
     if verdict.unchecked:
         lines.append(f"{verdict.unchecked} Verify all parts together: give the index, as axes.index.json.")
@@ -661,6 +666,85 @@ def _write_rows(program: Path, result: Result, target: Path | None) -> BatchRow:
     for file, part in zip(files, parts, strict=True):
         part.to_csv(file)
     return BatchRow(program, dataclasses.replace(result, setpoints=None), tuple(files))
+
+
+@explain_names(moves="records", to_pandas="records", ends="records")
+class ProgramMoves(Struct, frozen=True):
+    """The moves and events of a program in order of execution, as the command ``dump moves`` prints them.
+
+    Its length and its items are those of ``records``; ``pandas.DataFrame(moves.records)`` is a table of them.
+
+    Attributes
+    ----------
+    records : tuple of dict
+        Each has ``line`` and ``kind``. The kinds of motion are "rapid", "feed", "arc", "spline", "turn" (the axes of
+        the machine go linearly) and "swing" (the tool turns about its standing tip). They have ``end``: X Y Z A B C U
+        V W, mm and degrees, in program coordinates of the active work system and plane. ``feed`` is in mm/min, deg/min
+        for turns alone, mm a turn where ``feed_mode`` is "per_rev", and None for rapids. ``axis`` is the tool vector,
+        where one is programmed. Arcs have ``plane``, ``center``, ``turns`` and ``sweep`` (deg); splines ``degree``,
+        ``points``, ``weights`` and ``knots``. A "dwell" has ``seconds``. All other kinds are events, such as "tool" and
+        "spindle", with their words.
+    findings : tuple of Finding
+        Warnings of the program as text; there are no errors.
+    """
+
+    records: tuple[dict[str, Any], ...]
+    findings: tuple[Finding, ...]
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        return iter(self.records)
+
+    def __getitem__(self, number: int) -> dict[str, Any]:
+        return self.records[number]
+
+    def __repr__(self) -> str:
+        kinds = Counter(str(one["kind"]) for one in self.records)
+        counts = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+        return f"{len(self)} moves and events: {counts}; {len(self.findings)} findings"
+
+
+@translate_messages
+def read_moves(
+    source: Source,
+    machine: MachineLike | None = None,
+    options: Options | None = None,
+    *,
+    setup: Setup = "beside",
+    settings: SettingsLike = None,
+) -> ProgramMoves:
+    """Read the moves of a program: end points, feed rates and events, without solving the machine.
+
+    Parameters
+    ----------
+    source, options, setup, settings
+        As for :func:`convert`.
+    machine : Machine, str or path, optional
+        Reads the program as ``check`` does: A and C are those of the table, G53 and G28 lead to places of the machine.
+        Without one no machine is known, not that of the settings either: every axis begins at 0, and home is 0.
+
+    Raises
+    ------
+    InputError
+        The program or the set-up cannot be used: every error that was found.
+
+    Examples
+    --------
+    >>> import verne_post as vp
+    >>> moves = vp.read_moves("G21 G90 F600\\nG0 X0 Y0 Z20\\nG1 X10\\nM2\\n")
+    >>> [(one["line"], one["kind"], one["end"][:3], one["feed"]) for one in moves if "end" in one]
+    [(2, 'rapid', [0.0, 0.0, 20.0], None), (3, 'feed', [10.0, 0.0, 20.0], 600.0)]
+    """
+    text, chosen, _read = _read_program(source, options, setup, settings)
+    if machine is not None:
+        moves = read_draft(text, _load_machine(machine, None), chosen).moves
+    else:
+        moves, errors = view_moves_plainly(text, chosen)
+        if errors:
+            raise InputError(*errors)
+    return ProgramMoves(tuple(list_records(moves)), moves.findings)
 
 
 @explain_names(**dict.fromkeys(("save", "to_html", "to_file"), "write"))

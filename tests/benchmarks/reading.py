@@ -27,7 +27,10 @@ SHARE = 20
 REPEATS = 3
 SEGMENT = 10_000
 
-OURS = "import sys, verne_post.gcode as g; print(len(g.read_moves(open(sys.argv[1], 'rb').read(), max_repeats=10**9)))"
+OURS = (
+    "import sys, verne_post.gcode as g; "
+    "print(len(g.interpret_plainly(open(sys.argv[1], 'rb').read(), max_repeats=10**9)))"
+)
 GCODEPARSER = "import sys; from gcodeparser import GcodeParser; print(len(GcodeParser(open(sys.argv[1]).read()).lines))"
 PYGCODE = "import sys; from pygcode import Line; print(len([Line(l) for l in open(sys.argv[1])]))"
 

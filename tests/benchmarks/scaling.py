@@ -36,7 +36,7 @@ READ = f"""
 import sys, time
 import verne_post.gcode as gcode
 with open(sys.argv[1], "rb") as file:
-    assert len(gcode.read_moves(file.read()))
+    assert len(gcode.interpret_plainly(file.read()))
 {_TOLD}"""
 CONVERT = f"""
 import sys, time

@@ -2,7 +2,7 @@
 
 import pytest
 
-from verne_post.gcode import read_moves
+from verne_post.gcode import interpret_plainly
 from verne_post.gcode.calls import MAX_DEPTH
 from verne_post.model.findings import InputError
 
@@ -137,7 +137,7 @@ def test_loops_have_a_budget(view):
 
 def test_an_error_in_a_loop_is_reported_once():
     with pytest.raises(InputError) as error:
-        read_moves(b"#1=0\no1 while [#1 LT 5]\nG0 X1 X2\n#1=[#1+1/0]\no1 endwhile\nG0 Q\nM2", dialect="rs274")
+        interpret_plainly(b"#1=0\no1 while [#1 LT 5]\nG0 X1 X2\n#1=[#1+1/0]\no1 endwhile\nG0 Q\nM2", dialect="rs274")
     assert [(item.code, item.line) for item in error.value.findings] == [("VP004", 3), ("VP007", 4)]
 
 

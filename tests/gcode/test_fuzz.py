@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from verne_post import check
 from verne_post.app.assemble import view_moves_plainly
-from verne_post.gcode import read_moves
+from verne_post.gcode import interpret_plainly
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9, MoveKind
 from verne_post.model.options import Options
@@ -65,7 +65,7 @@ def all_at_once(source, options):
     names = ("tools", "tool_length", "block_delete", "max_repeats", "dialect")
     given_options = {name: getattr(options, name) for name in names}
     try:
-        return read_moves(source, **given_options).kind, ()
+        return interpret_plainly(source, **given_options).kind, ()
     except InputError as error:
         return None, error.findings
 

@@ -9,7 +9,7 @@ import re
 import numpy as np
 import pytest
 
-from verne_post.gcode import read_moves
+from verne_post.gcode import interpret_plainly
 from verne_post.model.findings import InputError
 from verne_post.model.moves import FeedMode, PathControl, PathMode
 
@@ -621,7 +621,7 @@ def test_programs_that_do_not_end(view, program, line):
 
 def codes_and_lines(source):
     with pytest.raises(InputError) as caught:
-        read_moves(source)
+        interpret_plainly(source)
     return [(item.code, item.line) for item in caught.value.findings]
 
 
@@ -636,7 +636,7 @@ def test_every_error_is_reported():
 def test_a_probe_of_any_control_is_named(code):
     """G31 is a probe of Fanuc and Mach3, whose programs are read in this language too."""
     with pytest.raises(InputError) as caught:
-        read_moves(f"{code} Z-5 F100\nM2\n".encode())
+        interpret_plainly(f"{code} Z-5 F100\nM2\n".encode())
     assert f"not executed: {code} (probing: " in caught.value.findings[0].message
 
 
@@ -644,12 +644,12 @@ def test_a_file_of_errors_is_given_up():
     text = b"".join(b"Q%d\n" % n for n in range(1000))
     assert codes_and_lines(text) == [("VP006", line) for line in range(1, 51)]
     with pytest.raises(InputError) as caught:
-        read_moves(b"Q1\n" * 9999)
+        interpret_plainly(b"Q1\n" * 9999)
     assert [(item.code, item.last_line, item.count) for item in caught.value.findings] == [("VP006", 1000, 1000)]
 
 
-def test_read_moves_alone():
-    moves = read_moves(b"/G0 X1\nG0 X2\nM2", block_delete=True)
+def test_a_program_is_read_alone():
+    moves = interpret_plainly(b"/G0 X1\nG0 X2\nM2", block_delete=True)
     assert moves.end[:, 0].tolist() == [2.0]
     assert moves.start.tolist() == [0.0] * 9
-    assert read_moves(b"T1 M6\nG0 G43 H1 Z5\nM2", tools={1: (100, 8)}).frames[-1].tool_length == 100.0
+    assert interpret_plainly(b"T1 M6\nG0 G43 H1 Z5\nM2", tools={1: (100, 8)}).frames[-1].tool_length == 100.0

@@ -565,6 +565,12 @@ def test_stops_inside_lines_are_named() -> None:
     place = next(place for place in find_worst_places(MACHINE, drilled) if place.what == "most stops within a line")
     assert (place.about, place.value) == ("line 3", f"{within.most} stops")
     assert drilled.line[place.frame] == 3
+    lost = [one for one in find_worst_places(MACHINE, drilled) if one.what == "time lost against the feed rate"]
+    assert [re.sub(r"\d+ places", "N places", one.about.split(", ", 1)[1]) for one in lost] == [
+        "jerk of rho1, at N places"
+    ]
+    assert drilled.governing is not None
+    assert lost[0].value == f"{drilled.governing.lost_from_frame.sum():.3f} s"
     text = " ".join(format_summary(drilled.summary).split())
     assert f" stops, of which {within.count} are inside line 3" in text
     for body in ("G1 X10 F300\nG4 P0.1\nG1 X20\nG0 X0\n", "G61\nG1 X10 F300\nX10 Y10\nX0\n"):

@@ -106,6 +106,67 @@ def test_a_great_circle_close_to_the_pole_is_the_same_finding():
         assert not found(program(f"{begin}X1 {axis_words(5, turn)}"))
 
 
+KLARTEXT = """BEGIN PGM V MM
+TOOL CALL 1 Z S8000 F600
+M3
+{on}
+L X+0 Y+0 Z+50 FMAX
+LN X+0 Y+0 Z+10 {0}
+LN X+5 Y+0 Z+10 {1}
+LN X+10 Y+0 Z+10 {0}
+{words}M30
+END PGM V MM
+"""
+WORDS = "L X+11 A+5 C+0 FMAX\n" + "".join(f"L X+{k} C{170 * (k % 2):+}\n" for k in range(11, 20))
+SIEMENS = """G17 G90 G71 G54
+TRAORI
+{on}
+G0 X0 Y0 Z50
+G1 X0 Z10 F600 {0}
+X5 {1}
+X10 {0}
+X15 {1}
+X20 {0}
+X25 {1}
+X30 {0}
+X35 {1}
+X40 {0}
+X45 {1}
+M30
+"""
+VECTOR = "FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR"
+
+
+@pytest.mark.parametrize(
+    ("text", "on", "tilt", "turn", "count", "advice"),
+    [
+        (KLARTEXT, "M128", 5.7, 180, 2, "Write PATHCTRL VECTOR in FUNCTION TCPM, which stands in place of M128"),
+        (KLARTEXT, "M128", 5.7, 130, 2, "Write PATHCTRL VECTOR in FUNCTION TCPM, which stands in place of M128"),
+        (SIEMENS, "ORIMKS", 5.7, 180, 9, "Write ORIWKS, or ORIVECT"),
+        (KLARTEXT, f"{VECTOR}; --orientation angles", 5.7, 130, 2, "Leave --orientation angles out"),
+        (KLARTEXT, VECTOR, 5.7, 180, 0, ""),
+        (SIEMENS, "ORIWKS", 5.7, 180, 0, ""),
+        (KLARTEXT, "M128", 5.7, 110, 0, ""),
+        (KLARTEXT, "M128", 2.9, 180, 0, ""),  # steps of a smooth path over the pole
+        (KLARTEXT, "M128", 50.0, 180, 0, ""),  # the vectors themselves are as far apart
+    ],
+)
+def test_tool_vectors_around_which_linear_axes_sweep_a_cone(text, on, tilt, turn, count, advice):
+    """The words of A and C after them are meant."""
+    names = ("TX", "TY", "TZ") if text is KLARTEXT else ("A3=", "B3=", "C3=")
+    axes = [axis_of(math.radians(tilt), math.radians(c)) for c in (0.0, turn)]
+    words = [" ".join(f"{n}{v:+.7f}" for n, v in zip(names, axis, strict=True)) for axis in axes]
+    source = text.format(*words, on=on.partition(";")[0], words=WORDS).encode()
+    options = Options(tool_length=80.0, wcs=AT_THE_CENTRE, tools={1: 80.0} if text is KLARTEXT else {})
+    options = options.changed(orientation="angles" if "angles" in on else "auto")
+    prog = assemble(source, verne_post.load_machine("ac_trunnion"), options)
+    found = [item for item in prog.findings if item.code == "VP301"]
+    assert [item.count for item in found] == [count] * bool(count)
+    for item in found:
+        assert f"C turns by -{turn} deg" in item.message or f"C turns by {turn} deg" in item.message
+        assert item.advice.startswith(advice)
+
+
 def test_the_senses_of_the_machine_hold_in_the_finding():
     text = (
         list_machine_files()["serial"]

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.extras import spell_install
-from verne_post.cli.files import RunFiles
+from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.options import NameChoice
 from verne_post.cli.temporary import make_temporary_folder
 from verne_post.output.formats import FORMATS
@@ -175,6 +175,8 @@ def convert_to_files(
         sys.stdout.buffer.flush()
     elif options.split_at_stops:
         added = _write_parts(files, outputs.rows, file_format, rows, result.summary)
+        if outputs.file_format == DEFAULT_FORMAT:  # what verify reads
+            added.append(("verify", _spell_verify(outputs.rows, options)))
     else:
         _remove_parts(outputs.rows)
         files.write(outputs.rows, "-o", file_format.choose_writer(outputs.rows.suffix)(rows))
@@ -218,6 +220,15 @@ def _write_parts(
             files.place(folder / name.name, name, "-o")
     files.write(index_path(output), "-o", [index_text(output, summary)])
     return [("written", ", ".join(path.name for path in (*names, index_path(output)))), *described]
+
+
+def _spell_verify(output: Path, options: "Options") -> str:
+    """The command that verifies all parts of an output together."""
+    from verne_post.output.commands import find_run, quote_word
+    from verne_post.output.parts import index_path
+
+    program = "-" if options.source_name == show_name("-") else quote_word(options.source_name)
+    return find_run(options).spell("verify", str(index_path(output)), "", "--against", program)
 
 
 def _remove_parts(output: Path) -> None:

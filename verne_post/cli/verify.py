@@ -107,6 +107,9 @@ def command(
     from verne_post.output.side_car import read_side_car, report_changes
     from verne_post.output.summary import describe_following, format_verdict
 
+    beside = None if is_dash(setpoints) else find_index(Path(setpoints))
+    if beside is not None or setpoints.endswith(".index.json"):
+        options = options.changed(split_at_stops=True)  # only a program that is cut at its stops has parts
     try:
         found = []
         if meta is not None:
@@ -135,7 +138,6 @@ def command(
         raise click.UsageError(
             f"{name} is {UTF16 if is_utf16(error.object) else f'no setpoint file: {NO_TEXT}; {READS}'}"
         ) from None
-    beside = None if is_dash(setpoints) else find_index(Path(setpoints))
     if beside is not None:
         index, number, count = beside
         verdict = judge_part(name, verdict, number, count)

@@ -462,7 +462,7 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     return Machine(
         name=escape_unprinted(file.name),
         kind="chain" if file.carrier is None else "carrier",
-        sha256=hashlib.sha256(raw).hexdigest(),
+        file_sha256=hashlib.sha256(raw).hexdigest(),
         module=None,
         five_axis=geometry.machine,
         coordinates=geometry.coordinates,

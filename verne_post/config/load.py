@@ -1,10 +1,12 @@
 """Find, read and check machine files."""
 
 import hashlib
+import json
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -40,6 +42,7 @@ from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding, make_input_error
 from verne_post.model.machine import Accuracy, Bodies, Column, Limits, Machine
 from verne_post.model.moves import Frame
+from verne_post.model.option_checks import convert_from_numpy
 from verne_post.model.part_setup import FixtureMesh
 from verne_post.model.protocols import FiveAxis, RodModule
 
@@ -104,6 +107,76 @@ def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refu
         raise make_input_error("VP501", f"{file_name}: {why}") from None
     if "schema" not in data and (other := describe_kind(raw, "a machine file")):
         raise make_input_error("VP501", f"{file_name}: {other}")
+    files: dict[str, bytes] = {}
+
+    def keep(name: str, key: str = "as_built.file") -> bytes:
+        files[name] = read(name, key)
+        return files[name]
+
+    machine = _build_reachable(data, raw, file_name, keep)
+    return replace(machine, rebuild=partial(_rebuild_machine, raw, file_name, files, {}))
+
+
+def _rebuild_machine(
+    raw: bytes, file_name: str, files: Mapping[str, bytes], before: Mapping[str, object], values: Mapping[str, object]
+) -> Machine:
+    """The machine of a file with other values for keys, whose names have points; ``before`` are those changed before.
+
+    Raises
+    ------
+    InputError
+        VP501 with every mistake.
+    """
+    data, changed = read_toml(raw), {}
+    for key, value in {**before, **values}.items():
+        given = _convert_value(value)
+        if _put_value(data, key, given, file_name):
+            changed[key] = given
+
+    def read(name: str, key: str = "as_built.file") -> bytes:
+        if name not in files:
+            text = f"{file_name}: {key} = {name!r} is not the file that was loaded; load a machine file that names it"
+            raise make_input_error("VP501", text)
+        return files[name]
+
+    told = json.loads(json.dumps(changed, default=str), parse_int=float)  # 5000 is 5000.0
+    hashed = raw + json.dumps(told, sort_keys=True).encode() if changed else raw
+    machine = _build_reachable(data, hashed, file_name, read)
+    provenance = machine.provenance
+    if changed:
+        said = (f"{key} = {'absent' if value is None else value}" for key, value in sorted(changed.items()))
+        provenance = {**provenance, "changed": ", ".join(said)}
+    return replace(machine, provenance=provenance, rebuild=partial(_rebuild_machine, raw, file_name, files, changed))
+
+
+def _put_value(data: dict[str, Any], key: str, value: Any, file_name: str) -> bool:
+    """Put a value into the tables of a file, None for no such key; returns whether it is another one."""
+    *tables, last = key.split(".")
+    table: Any = data
+    for number, name in enumerate(tables, start=1):
+        table = table.setdefault(name, {}) if value is not None else table.get(name, {})
+        if not isinstance(table, dict):
+            raise make_input_error("VP501", f"{file_name}: {key}: {'.'.join(tables[:number])} is no table")
+    old = table.get(last)
+    if old == value and isinstance(old, bool) == isinstance(value, bool):
+        return False
+    if value is None:
+        del table[last]
+    else:
+        table[last] = value
+    return True
+
+
+def _convert_value(value: object) -> Any:
+    """A value as a TOML file has it: numbers, lists and tables of Python."""
+    value = convert_from_numpy(value.tolist() if isinstance(value, np.ndarray) else value)
+    if isinstance(value, Mapping):
+        return {str(key): _convert_value(one) for key, one in value.items()}
+    return [_convert_value(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+def _build_reachable(data: dict[str, Any], raw: bytes, file_name: str, read: Callable[..., bytes]) -> Machine:
+    """The machine of the tables of a file, and which of its stored positions are out of reach."""
     machine = _build_machine(data, raw, file_name, read)
     unreachable: list[Finding] = []
     for name, home, ok, _q in _solve_stored(machine):
@@ -199,7 +272,7 @@ def _build_machine(data: dict[str, Any], raw: bytes, file_name: str, read: Calla
     return Machine(
         name=escape_unprinted(content.name),
         kind=content.kind,
-        sha256=hashlib.sha256(
+        file_sha256=hashlib.sha256(
             raw + (as_built[1] if as_built else b"") + b"".join(one.raw for one in meshes)
         ).hexdigest(),
         module=module,

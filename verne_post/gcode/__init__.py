@@ -7,16 +7,16 @@ import importlib as _importlib
 import typing as _typing
 
 if _typing.TYPE_CHECKING:
-    from verne_post.gcode.plain_setup import build_plain_setup, read_moves
+    from verne_post.gcode.plain_setup import build_plain_setup, interpret_plainly
     from verne_post.gcode.read import interpret_program
 
 _HOME = {
     "interpret_program": "verne_post.gcode.read",
     "build_plain_setup": "verne_post.gcode.plain_setup",
-    "read_moves": "verne_post.gcode.plain_setup",
+    "interpret_plainly": "verne_post.gcode.plain_setup",
 }
 
-__all__ = ["build_plain_setup", "interpret_program", "read_moves"]
+__all__ = ["build_plain_setup", "interpret_plainly", "interpret_program"]
 
 
 def __getattr__(name: str) -> object:

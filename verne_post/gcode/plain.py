@@ -244,6 +244,8 @@ def execute(
 
     ``point`` takes the tool axes of lines that all have one.
     """
+    if point is None:
+        core.hold_tool_axis(None)  # A and C of these lines are words, also after those of vectors
     head = first + _HEAD
     if last - first > _LONG_STRETCH:
         stretch = _execute(lines, first, head, core, view, point)

@@ -50,7 +50,7 @@ def build_plain_setup(
     )
 
 
-def read_moves(source: Text, **options: Any) -> Moves:
+def interpret_plainly(source: Text, **options: Any) -> Moves:
     """Interpret a program as any interpreter would, without a machine; options of :func:`build_plain_setup`.
 
     Raises

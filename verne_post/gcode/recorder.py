@@ -190,6 +190,7 @@ class Recorder(Struct):
     machine_moves: list[int] = field(default_factory=list)
     length_ends: list[int] = field(default_factory=list)
     named_changes: list[int] = field(default_factory=list)
+    aimed_changes: list[int] = field(default_factory=list)
     assumed_axes: dict[int, int] = field(default_factory=dict)
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
@@ -247,15 +248,18 @@ class Recorder(Struct):
         """Whether A and C words name the table's place that a tool axis has."""
         return len(self.named_changes) % 2 == 1
 
-    def note_named_axis(self, is_named: bool) -> None:
-        """From the next move on, A and C words name the table's place that a tool axis has, or no longer do."""
-        changes = self.named_changes
-        if is_named == self.is_axis_named:
-            return
-        if changes and changes[-1] == self.count:
-            changes.pop()
-        else:
-            changes.append(self.count)
+    def note_axis(self, *, is_named: bool, is_aimed: bool) -> None:
+        """From the next move on, A and C words name the table's place that a tool axis has, or no longer do.
+
+        ``is_aimed``: they are solved from a tool axis, and go linearly.
+        """
+        for changes, holds in ((self.named_changes, is_named), (self.aimed_changes, is_aimed)):
+            if holds == (len(changes) % 2 == 1):
+                continue
+            if changes and changes[-1] == self.count:
+                changes.pop()
+            else:
+                changes.append(self.count)
 
     def end_tcp(self, line: int, word: str) -> None:
         """A word ends tool-centre-point control, or a plane, and X Y Z count in the directions of the machine."""
@@ -668,6 +672,7 @@ class Recorder(Struct):
             machine_moves=tuple(self.machine_moves),
             length_ends=tuple(self.length_ends),
             named_changes=tuple(self.named_changes),
+            aimed_changes=tuple(self.aimed_changes),
             assumed_axes=self.assumed_axes,
             findings=tuple(self.warnings.values()),
             **table,

@@ -422,10 +422,11 @@ CODES: Final[dict[str, Code]] = _make_table(
     # --- VP3xx: branches ------------------------------------------------------------------------
     ("VP301", "flip, rewind or large turn of the rotary axes", "error",
      "The rotary axes would have to turn far in one line. To keep a limit, the table must change to its other "
-     "solution (-A, C + 180), rewind C, or leave the programmed A and C. Four cases are warnings. (1) The path "
+     "solution (-A, C + 180), rewind C, or leave the programmed A and C. Five cases are warnings. (1) The path "
      "begins with a vertical tool vector, at another C than a word before it names. (2) C turns under a vertical "
      "tool that does not move. (3) C turns by more than half a turn in a feed move with a tilted tool. (4) With "
-     "--allow-rewind, the table changes where the tool does not feed, by a retract, a turn and a return.",
+     "--allow-rewind, the table changes where the tool does not feed, by a retract, a turn and a return. (5) A and "
+     "C go linearly between two tool vectors on both sides of the vertical, and sweep the tool around a cone.",
      "Retract the tool where the message says, give --allow-rewind, or post the program with other angles."),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------
     ("VP401", "velocity beyond its limit", "error",

@@ -1,5 +1,7 @@
 """The machine as all packages see it: frozen values, lengths in mm, angles in rad, times in s."""
 
+import hashlib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,7 +12,7 @@ from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, UsageError
 from verne_post.model.moves import AXES, Frame
 from verne_post.model.part_setup import FixtureMesh
 from verne_post.model.protocols import (
@@ -138,8 +140,8 @@ class Machine:
 
     Attributes
     ----------
-    name, kind, sha256 : str
-        Name, kind, and hash of the machine file.
+    name, kind : str
+        Of the machine file.
     columns : tuple of Column
         How each joint is written, in the order of the rows.
     limits : Limits
@@ -184,7 +186,7 @@ class Machine:
 
     name: str
     kind: str
-    sha256: str
+    file_sha256: str
     module: ParallelModule | None
     five_axis: FiveAxis
     coordinates: TableCoordinates
@@ -205,6 +207,72 @@ class Machine:
     unreachable: tuple[Finding, ...] = ()
     vibration: Vibration | None = None
     meshes: tuple[FixtureMesh, ...] = ()
+    #: Makes it again with other values of keys of its file; None where it is from no file.
+    rebuild: Callable[[Mapping[str, object]], "Machine"] | None = field(default=None, compare=False)
+    #: Of its numbers as the file has them, so that other ones are noticed.
+    file_numbers: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.file_numbers:
+            object.__setattr__(self, "file_numbers", self._compute_hash())
+
+    def _compute_hash(self) -> str:
+        """The hash of its numbers that people replace."""
+        limits = self.limits
+        arrays = (limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk, self.tolerances)
+        others = (
+            *(self.name, self.kind, self.columns, limits.serial_singularity, limits.parallel_singularity, self.cycle),
+            *(self.accuracy, self.home, self.table_radius, self.spindle_rpm, self.drives, self.vibration),
+        )
+        hashed = hashlib.sha256(repr(others).encode())
+        for array in arrays:
+            hashed.update(np.asarray(array, dtype=float).tobytes())
+        return hashed.hexdigest()
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the machine file, and of what has been changed since."""
+        numbers = self._compute_hash()
+        if numbers == self.file_numbers:
+            return self.file_sha256
+        return hashlib.sha256(f"{self.file_sha256} {numbers}".encode()).hexdigest()
+
+    @property
+    def changes(self) -> str:
+        """In what it differs from its file, in words; empty where it does not."""
+        replaced = "numbers replaced in Python" if self._compute_hash() != self.file_numbers else ""
+        return ", ".join(filter(None, (self.provenance.get("changed"), replaced)))
+
+    def changed(self, values: Mapping[str, object]) -> "Machine":
+        """The same machine with other values for keys of its file, validated as it is; ``sha256`` is another one.
+
+        Parameters
+        ----------
+        values : mapping
+            Key -> value, in the units of the file: ``{"limits.a_jerk": 5000.0}``, of schema 2
+            ``{"joints.a.jerk": 5000.0}``. None takes the key out.
+
+        Raises
+        ------
+        InputError
+            One finding (VP501) for each mistake, as of :func:`load_machine`.
+        UsageError
+            The values are no mapping, or the machine has been changed by ``dataclasses.replace``.
+
+        Examples
+        --------
+        >>> import verne_post as vp
+        >>> machine = vp.load_machine("verne")
+        >>> slower = machine.changed({"limits.a_jerk": 5000.0})
+        >>> slower.scale_limits().jerk.tolist(), slower.provenance["changed"]
+        ([100000.0, 100000.0, 100000.0, 5000.0, 20000.0], 'limits.a_jerk = 5000.0')
+        """
+        if not isinstance(values, Mapping) or not all(isinstance(key, str) for key in values):
+            raise UsageError("values", 'expected keys of the machine file, as {"limits.a_jerk": 5000.0}')
+        if self.rebuild is None or self._compute_hash() != self.file_numbers:
+            text = "this machine is not that of its file: dataclasses.replace has changed it; begin with load_machine"
+            raise UsageError("machine", text)
+        return self.rebuild(values)
 
     def _make_text_rows(self) -> list[list[str]]:
         """Its joints with their limits, in the units and senses of setpoint files."""

@@ -489,6 +489,9 @@ class Moves(Struct, frozen=True):
     #: Numbers of the moves at which A and C words begin and cease, in turn, to name the table's place that a tool axis
     #: has: words along a great circle.
     named_changes: tuple[int, ...] = ()
+    #: Numbers of the moves at which A and C, which go linearly, begin and cease, in turn, to be solved from a tool
+    #: axis of the program.
+    aimed_changes: tuple[int, ...] = ()
     #: Rotary axes whose angle in cuts is assumed (VP036), each with the line that names it later.
     assumed_axes: Mapping[int, int] = field(default_factory=dict)
 
@@ -516,6 +519,11 @@ class Moves(Struct, frozen=True):
         """Whether A and C are words of the program at each of some moves, and not those of a tool vector."""
         vectors = np.isfinite(self.tool_axis[move, 0])
         return ~vectors | (np.searchsorted(self.named_changes, move, side="right") % 2 == 1)
+
+    def find_aimed(self, move: Ints) -> Mask:
+        """Whether the program gives a tool axis at each of some moves, and no A and C."""
+        solved = np.searchsorted(self.aimed_changes, move, side="right") % 2 == 1
+        return ~self.find_named(move) | solved
 
     def find_in_machine(self) -> Mask:
         """Where a move leads to a place of the machine, which no work offset moves: ``machine_moves``, and G500."""
@@ -598,7 +606,7 @@ class Moves(Struct, frozen=True):
         """All that is said of moves by their numbers, but events and called lines; ``count``: the new number of one."""
         said = ("tcp_ends", "table_places", "selections", "calls", "taps")
         planes = (replace(one, before=count(one.before), turned=count(one.turned)) for one in self.planes)
-        numbers = ("tcp_changes", "named_changes", "length_ends", "feeds")
+        numbers = ("tcp_changes", "named_changes", "aimed_changes", "length_ends", "feeds")
         after = (count(number + 1) for number in self.machine_moves)  # the one that is inserted before is none of them
         return {
             **{name: tuple(replace(one, before=count(one.before)) for one in getattr(self, name)) for name in said},

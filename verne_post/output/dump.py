@@ -34,14 +34,19 @@ _STEP_ANGLE = math.radians(5.0)
 
 def dump_moves(table: Moves) -> Iterator[str]:
     """Motion, dwells and events in order of execution."""
+    return map(_write_line, list_records(table))
+
+
+def list_records(table: Moves) -> Iterator[dict[str, object]]:
+    """The same as JSON values."""
     events = iter([*table.events, None])
     event = next(events)
     for row in range(len(table) + 1):
         while event is not None and event.before <= row:
-            yield _write_line({"line": event.line, "kind": event.kind, **event.data})
+            yield {"line": event.line, "kind": event.kind, **event.data}
             event = next(events)
         if row < len(table):
-            yield _write_line(_move(table, row))
+            yield _move(table, row)
 
 
 def _move(table: Moves, row: int) -> dict[str, object]:

@@ -77,9 +77,12 @@ def format_summary(summary: Summary, added: Facts = ()) -> str:
     for key, text in pairs:
         head, blank = f"  {key:<{width}}", " " * (width + 2)
         for each in text.split(LINE_OF_FACT):
+            is_command = each.startswith("verne-post ")  # which is pasted: it stays in one line
+            shown = make_printable(each)
             lines += textwrap.wrap(
-                _UNIT.sub(_JOINED, make_printable(each)),
+                shown.replace(" ", _JOINED) if is_command else _UNIT.sub(_JOINED, shown),
                 width=100,
+                break_long_words=not is_command,
                 break_on_hyphens=False,
                 initial_indent=head,
                 subsequent_indent=blank,
@@ -113,6 +116,7 @@ def list_facts(summary: Summary) -> list[tuple[str, str]]:
         *_describe_rounding(summary),
         *_describe_setup(summary),
         *([("not limited", summary.machine.unlimited)] if summary.machine.unlimited else []),
+        *([("changed", f"not as in the machine file: {changes}")] if (changes := summary.machine.changes) else []),
         *_describe_provisional(summary),
         *_describe_manual_stops(summary),
     ]

@@ -151,18 +151,22 @@ def _find_part_places(study: Study) -> Iterator[Place]:
 
 
 def _find_slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
-    """Stretches without a moment at the feed rate that lose most time against it."""
+    """Stretches without a moment at the feed rate that lose most time against it; those of the same lines are one."""
     lost = governing.lost_from_frame
     begins = np.flatnonzero((lost > 0) & ~np.append(False, lost[:-1] > 0))
     ends = np.flatnonzero((lost > 0) & ~np.append(lost[1:] > 0, False))
     sums = np.array([lost[begin : end + 1].sum() for begin, end in zip(begins, ends, strict=True)])
-    for k in np.argsort(-sums, kind="stable")[:_SLOW_STRETCHES]:
-        begin, end = int(begins[k]), int(ends[k])
+    lines, group = np.unique(study.line[np.stack([begins, ends], axis=1)], axis=0, return_inverse=True)
+    counts, of_lines = np.bincount(group, minlength=len(lines)), np.bincount(group, sums, len(lines))
+    for k in np.argsort(-of_lines, kind="stable")[:_SLOW_STRETCHES]:
+        worst = int(np.where(group == k, sums, -1.0).argmax())
+        begin, end = int(begins[worst]), int(ends[worst])
         frame = begin + int(lost[begin : end + 1].argmax())
-        first, last = study.line[[begin, end]]
-        lines = f"line {first}" if first == last else f"lines {first} to {last}"
-        about = f"{lines}, {governing.names[governing.of_frame[frame]]}"
-        yield Place(TIME_LOST, about, f"{sums[k]:.3f} s", frame)
+        first, last = lines[k]
+        where = f"line {first}" if first == last else f"lines {first} to {last}"
+        about = f"{where}, {governing.names[governing.of_frame[frame]]}"
+        about += f", at {counts[k]} places" if counts[k] > 1 else ""
+        yield Place(TIME_LOST, about, f"{of_lines[k]:.3f} s", frame)
 
 
 def iterate_shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import iterate_blocks
-from verne_post.base.rotations import measure_angles, wrap_angle
+from verne_post.base.rotations import find_axis_of_angles, measure_angles, wrap_angle
 from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
@@ -17,6 +17,12 @@ from verne_post.toolpath.evaluate import evaluate_pose
 #: A great circle never turns C by half a turn, only by nearly as much. One that comes so near to it passes the pole
 #: within a hundredth of the tilt at its ends: a post cannot mean the small difference from an axis through the pole.
 _NEARLY_HALF_TURN: Final = np.radians(179.0)
+#: Linear A and C between two tool vectors sweep the tool around a cone where the shortest way between the vectors comes
+#: to the vertical within half the tilt of both: C turns by 120 deg or more.
+_WIDE: Final = np.radians(120.0)
+#: Vectors with less tilt may be steps of a smooth path over the pole, near which C turns fast on every machine. Two of
+#: this tilt with 120 deg of C between them are 5.2 deg apart: no post makes such steps along a smooth surface.
+_LEAST_TILT: Final = np.radians(3.0)
 #: A turn by more, deg, the other way is no cure: the word itself is in doubt.
 _NEAR: Final = 90.0
 #: Chords in which the direction of arcs and splines is followed.
@@ -27,9 +33,11 @@ def report_table_turns(path: ToolPath, moves: Moves, machine: Machine) -> list[F
     """Warn (VP301) of feed moves with a tilted tool in which C turns by half a turn more than the path does.
 
     Under a vertical tool C means nothing, and an arc or a spline may well take the table around with it. All such moves
-    of a program are one finding, at the first; those on great circles another: their cause is the pole.
+    of a program are one finding, at the first; those on great circles another: their cause is the pole. So are those
+    between tool vectors that are near to each other, and between which A and C go linearly.
     """
     found: dict[bool, list[int]] = {False: [], True: []}  # on a great circle -> segments
+    swept: list[int] = []
     for begin, end in iterate_blocks(len(path)):
         rows = np.arange(begin, end)
         swung = path.circle[rows] >= 0
@@ -39,7 +47,28 @@ def report_table_turns(path: ToolPath, moves: Moves, machine: Machine) -> list[F
         some = some[turn[some] > least[some] + _turn_of_direction(path, rows[some])]
         for at in some.tolist():
             found[bool(swung[at])].append(begin + at)
-    return [_report(path, moves, machine, rows, swung) for swung, rows in found.items() if rows]
+        swept.extend(_find_swept(path, moves, rows).tolist())
+    cones = [_report_swept(path, moves, machine, swept)] if swept else []
+    return [*(_report(path, moves, machine, rows, swung) for swung, rows in found.items() if rows), *cones]
+
+
+def _find_swept(path: ToolPath, moves: Moves, rows: Ints) -> Ints:
+    """Which straight feed moves sweep the tool around a cone, though vectors give its axes at both ends."""
+    turn = np.abs(path.end[rows, 4] - path.start[rows, 4])
+    some = (turn >= _WIDE) & (turn <= np.pi + ZERO_ANGLE) & (path.circle[rows] < 0) & (path.feed_time[rows] > 0)
+    some &= (path.kind[rows] == SegmentKind.LINE) & (path.move[rows] >= 0)
+    some &= (path.start[rows, :3] != path.end[rows, :3]).any(axis=1)  # a turn in place is meant, mostly in the air
+    some = rows[some]
+    some = some[moves.find_aimed(path.move[some])]
+    tilt = np.abs(np.sin([path.start[some, 3], path.end[some, 3]])).min(axis=0)
+    turn = np.abs(path.end[some, 4] - path.start[some, 4])
+    return np.asarray(some[(tilt >= np.sin(_LEAST_TILT)) & (2.0 * _measure_between(path, some) <= turn)])
+
+
+def _measure_between(path: ToolPath, rows: Ints) -> Array:
+    """The angle (n,), rad, between the tool axes at both ends of segments."""
+    start, end = (find_axis_of_angles(ends[rows, 3], ends[rows, 4]) for ends in (path.start, path.end))
+    return measure_angles(start, end)
 
 
 def _is_tilted(path: ToolPath, rows: Ints) -> Mask:
@@ -60,11 +89,10 @@ def _turn_of_direction(path: ToolPath, rows: Ints) -> Array:
     return turn
 
 
-def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swung: bool) -> Finding:
-    """One finding for segments that have one cause."""
+def _measure_first(path: ToolPath, moves: Moves, machine: Machine, first: int) -> tuple[float, float, str]:
+    """How far C turns along a segment and where it ends, deg, and both in words."""
     factor, letter = machine.columns[-1].factor, machine.rotary_letters[1]
-    first, turns = rows[0], (path.end[rows, 4] - path.start[rows, 4]) * factor
-    turn = float(turns[0])
+    turn = float((path.end[first, 4] - path.start[first, 4]) * factor)
     tip = float(np.linalg.norm(path.end[first, :3] - path.start[first, :3]))
     after = (
         float(moves.end[path.move[first], machine.coordinates.rotary[1]])
@@ -73,8 +101,43 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
     )
     ends = " to ".join(map(_name_angle, (after - turn, after)))
     what = f"{letter} turns by {_name_angle(turn)} deg, from {ends}, while the tip goes {round(tip, 6):.4g} mm"
-    line, lines = int(path.line[first]), tuple(np.unique(path.line[rows]).tolist())
-    advice = ""
+    return turn, after, what
+
+
+def _count(path: ToolPath, rows: list[int]) -> dict[str, Any]:
+    """Where a finding of segments stands: at the first, with the lines of all."""
+    line, lines = int(path.line[rows[0]]), tuple(np.unique(path.line[rows]).tolist())
+    where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "count": len(rows)}
+    return {**where, "lines": lines if len(lines) > 1 else ()}
+
+
+#: Language -> what leads the tool axis straight from one tool vector to the next.
+_STRAIGHT: Final = {
+    "heidenhain": "Write PATHCTRL VECTOR in FUNCTION TCPM, which stands in place of M128",
+    "siemens": "Write ORIWKS, or ORIVECT where orientation_by_group of the settings file is true",
+}
+
+
+def _report_swept(path: ToolPath, moves: Moves, machine: Machine, rows: list[int]) -> Finding:
+    """One finding for all segments that sweep the tool around a cone."""
+    _turn, _after, what = _measure_first(path, moves, machine, rows[0])
+    between = float(np.degrees(_measure_between(path, np.array(rows[:1]))[0]))
+    text = (
+        f"{what}, and the tilted tool sweeps around with it: the tool vectors at both ends are {between:.3g} deg "
+        f"apart, and pass close to the vertical, but {' and '.join(machine.rotary_letters)} go linearly"
+    )
+    by_option = not moves.find_named(path.move[rows[:1]])[0]
+    straight = "Leave --orientation angles out" if by_option else _STRAIGHT[moves.language]
+    advice = f"{straight}: the tool axis then goes straight from vector to vector."
+    return make_finding("VP301", text, severity="warning", advice=advice, **_count(path, rows))
+
+
+def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swung: bool) -> Finding:
+    """One finding for segments that have one cause."""
+    factor, letter = machine.columns[-1].factor, machine.rotary_letters[1]
+    first = rows[0]
+    turn, after, what = _measure_first(path, moves, machine, first)
+    line, where, advice = int(path.line[first]), _count(path, rows), ""
     if swung:
         text = f"{what}: the tool axis passes close to the vertical; lead it through the vertical, or farther around"
     else:
@@ -91,11 +154,9 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
             then = f"then add {short - turn:.6g} deg to {letter} in the lines up to {last} too"
         if is_near and not path.free[first]:
             advice = f"Write {right} in line {line}{then and f'; {then}'}."
-            advice += f" Check again: {letter} of the other lines follows from it." if len(lines) > 1 else ""
+            advice += f" Check again: {letter} of the other lines follows from it." if where["lines"] else ""
         elif then:
             text += f"; {then}"
-    where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "count": len(rows)}
-    where["lines"] = lines if len(lines) > 1 else ()
     return make_finding("VP301", text, severity="warning", advice=advice, **where)
 
 

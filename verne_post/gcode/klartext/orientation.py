@@ -135,7 +135,10 @@ class KlartextOrientation:
             for number in self.setup.rotary:
                 target.end[number] = end[number]
             target.axes = sorted({*target.axes, *self.setup.rotary})
-            self.core.hold_tool_axis(self._map_vector(vector) if self.modes.along_vectors else None)
+            if self.modes.along_vectors:
+                self.core.hold_tool_axis(self._map_vector(vector))
+            else:
+                self.core.hold_tool_axis(None, is_aimed=True)
         elif target.turns:
             if self.modes.along_vectors and self.modes.tcp and self.setup.machine:
                 axis = self.setup.coordinates.find_tool_axis(target.end, state.frame)

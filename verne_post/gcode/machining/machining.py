@@ -643,12 +643,15 @@ class Machining:
 
     # --- tool axes ---------------------------------------------------------------------------------
 
-    def hold_tool_axis(self, axis: Sequence[float] | Array | None, *, is_named: bool = False) -> None:
+    def hold_tool_axis(
+        self, axis: Sequence[float] | Array | None, *, is_named: bool = False, is_aimed: bool = False
+    ) -> None:
         """A tool axis (3,), unit, program directions, holds from here on; None: A and C words do.
 
-        ``is_named``: it is that of A and C words, whose place of the table is meant.
+        ``is_named``: it is that of A and C words, whose place of the table is meant. ``is_aimed``: A and C words are
+        solved from a tool axis.
         """
-        self.recorder.note_named_axis(is_named)
+        self.recorder.note_axis(is_named=is_named, is_aimed=is_aimed)
         self.state.tool_axis = None if axis is None else (float(axis[0]), float(axis[1]), float(axis[2]))
 
     def end_tool_axis(self, at: At, axes: list[int]) -> bool:

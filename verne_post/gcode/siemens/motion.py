@@ -337,7 +337,7 @@ class SiemensMotion:
         self.core.hold_tool_axis(tool_axis)
         end = self.setup.coordinates.turn_to_axis(end, tool_axis, state.frame)
         if self.has_linear_axes("vector") and self.setup.machine:
-            self.core.hold_tool_axis(None)
+            self.core.hold_tool_axis(None, is_aimed=True)
         return end
 
     def turn_vectors(self, vectors: Array) -> Array:

@@ -116,7 +116,7 @@ def _aim_tool(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: 
     axes = to.motion.turn_vectors(vectors / measure_length(vectors)[:, None])
     plain.turn_to_axes(to.core, end, axes)
     linear = to.motion.has_linear_axes("vector") and to.setup.machine
-    to.core.hold_tool_axis(None if linear else axes[-1])
+    to.core.hold_tool_axis(None if linear else axes[-1], is_aimed=bool(linear))
     return None if linear else axes
 
 
