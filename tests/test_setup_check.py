@@ -1153,6 +1153,44 @@ EVEN_AFTER = "X20. Y-7. Z1.4 A-20. C40.\nX25. Y-9. Z1.6 A-25. C50."
 
 
 @pytest.mark.parametrize(
+    ("wrong", "code", "said"),
+    [
+        ("X2. Y1. Z-1.5", "", ""),
+        (
+            "X2. Y1. Z-15.",
+            "VP505",
+            "Z-15 in this cut, and Z-1.5 and Z-1.5 in those before and after it: is Z-1.5 meant?",
+        ),
+        (
+            "X2. Y1. Z1.5",
+            "VP056",
+            "Z1.5 in this cut, and Z-1.5 and Z-1.5 in those before and after it: is Z-1.5 meant?",
+        ),
+        ("X2. Y1. Z10.", "", ""),
+        ("X1. Y.6 Z1.5", "", ""),  # straight up and down
+    ],
+)
+def test_a_height_of_a_level_contour_is_in_doubt(wrong: str, code: str, said: str) -> None:
+    before, after = "X0. Y.3 Z-1.5\nX1. Y.6 Z-1.5", "X3. Y1.5 Z-1.5\nX4. Y2.1 Z-1.5"
+    head = "G21 G90 G17 G54\nT1 M6\nS900 M3\nG0 X-1. Y0. A0 C0\nG43 H1 Z30.\nG1 Z-1.5 F90.\n"
+    text = f"{head}{before}\n{wrong}\n{after}\nG0 Z30.\nM30\n"
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
+    found = [one for one in vp.check(text, "ac_trunnion", options).findings if "in this cut, and" in one.message]
+    assert [(one.code, one.message, one.line) for one in found] == [(code, said, 9)] * bool(code)
+
+
+@pytest.mark.parametrize(("wrong", "is_doubted"), [("B3=-0.139", True), ("B3=0.139", False), ("B3=-0.05", False)])
+def test_a_small_tool_axis_of_the_wrong_sign_is_in_doubt(wrong: str, is_doubted: bool) -> None:
+    """Leads of five to fifteen degrees are usual, and axes that turn by half a degree a cut."""
+    cuts = [f"X{at} A3={0.005 * at:.3f} B3=0.139 C3=0.990" for at in range(1, 8)]
+    cuts[3] = cuts[3].replace("B3=0.139", wrong)
+    head = "G17 G54 G90 G94 G710\nT1 D1\nM6\nS900 M3\nTRAORI\nG0 X0 Y0 Z50 A3=0 B3=0.139 C3=0.990\nG1 Z5 F800\n"
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    result = vp.check(head + "\n".join(cuts) + "\nG0 Z60\nM30\n", "ac_trunnion", options)
+    assert [one.line for one in result.findings if one.code == "VP056"] == [11] * is_doubted
+
+
+@pytest.mark.parametrize(
     ("wrong", "code", "said", "value"),
     [
         ("X15. Y-5. Z1.25 A-15. C30.", "", "", ""),

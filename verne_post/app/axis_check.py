@@ -12,6 +12,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text, decode_lines
 from verne_post.base.program_lines import find_address, find_word_of, flip_component, name_component
+from verne_post.base.rotations import measure_angles
 from verne_post.model.findings import Finding, Remedy, add_line, make_finding
 from verne_post.model.moves import AXES, MoveKind, Moves
 from verne_post.model.options import Options
@@ -23,8 +24,13 @@ _BESIDE: Final = 2
 _AGREES: Final = 0.9962
 #: Cosine between axes of cuts in a row: 10 degrees. Steps of finely divided surfaces are smaller.
 _FOLLOWS: Final = 0.9848
-#: Cosine between axes that a cut does not turn to and back: 30 degrees.
+#: Cosine between axes that a cut does not turn to and back: 30 degrees; 8 degrees, which are so many times what the
+#: cuts beside it turn.
 _DIFFERS: Final = 0.866
+_LEAVES: Final = 0.9903
+_TIMES_TURN: Final = 4.0
+#: Radians by which components with three decimals turn an axis.
+_ROUND_RAD: Final = 0.005
 #: A line of Klartext that gives the tool axis.
 _LN: Final = re.compile(r"[ \t]*+(?:\d+[ \t]++)?LN\b", re.IGNORECASE)
 #: Degrees by which rotary axes turn less from one cut to the next; by which an angle of the wrong sign turns more; by
@@ -108,16 +114,26 @@ def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[
     middle = middle / np.maximum(np.linalg.norm(middle, axis=1), np.finfo(float).tiny)[:, None]
     rows = ((first, before, _FOLLOWS), (before, middle, _FOLLOWS), (after, last, _FOLLOWS))
     smooth = np.all([(one * other).sum(axis=1) > least for one, other, least in rows], axis=0)
-    smooth &= _view_beside(kind == MoveKind.FEED).all(axis=0) & ((own * middle).sum(axis=1) < _DIFFERS)
+    smooth &= _view_beside(kind == MoveKind.FEED).all(axis=0) & ((own * middle).sum(axis=1) < _LEAVES)
     for row in np.flatnonzero(smooth).tolist():
         at = _BESIDE + row
+        turn, leaves = _find_turns(axis[row : at + _BESIDE + 1], middle[row])
+        agrees = _AGREES if own[row] @ middle[row] < _DIFFERS else np.cos(turn) if leaves else 2.0
         for component in range(3):
             other = own[row] * np.where(np.arange(3) == component, -1.0, 1.0)
             aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
             is_back = _goes_behind(tip[row : at + _BESIDE + 1], own[row] - other)
-            if not is_back and aside <= _ASIDE and middle[row] @ other > _AGREES:
+            if not is_back and aside <= _ASIDE and middle[row] @ other > agrees:
                 yield at, component
                 break
+
+
+def _find_turns(axis: Array, middle: Array) -> tuple[float, bool]:
+    """By what axes (5, 3) turn beside the third, rad, and whether this one leaves their way by far more."""
+    first, before, own, after, last = axis
+    beside = measure_angles(np.array([first, before, after]), np.array([before, middle, last]))
+    turn = max(float(beside.max()), _ROUND_RAD)
+    return turn, bool(measure_angles(own, middle) > _TIMES_TURN * turn)
 
 
 def _find_change(moves: Moves, coordinates: Coordinates, at: int, axis: int) -> Array:

@@ -12,6 +12,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_word_of
+from verne_post.base.tolerances import START_POSE_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.model.findings import Finding, Remedy, add_line, make_finding
 from verne_post.model.moves import AXES, MoveKind, Moves
@@ -36,7 +37,8 @@ _SLIPS: Final = ((-1.0, "VP056"), (0.1, "VP505"), (10.0, "VP505"))
 def check_points(source: Text, moves: Moves, options: Options, from_move: int = 0) -> Iterator[Finding]:
     """VP056 and VP505: the sign or the decimal point of one word is in doubt, or two rotary words are exchanged.
 
-    Five cuts in a row go on evenly in every axis but for this word in the middle one. One finding of each a file.
+    Five cuts in a row go on evenly, or stand, in every axis but for this word in the middle one. One finding of each a
+    file.
     """
     found, called = dict[tuple[str, str | None], Finding](), moves.called_lines
     for begin, end in iterate_blocks(len(moves), from_move):
@@ -68,16 +70,23 @@ def _find_doubtful(moves: Moves, block: slice) -> Iterator[tuple[int, tuple[int,
     half = 0.5 * gap
     uneven = np.maximum(np.abs((low - start)[rows] - half), np.abs((last - high)[rows] - half))
     goes_on = (uneven <= _UNEVEN * np.abs(gap)) & (gap != 0.0)
+    stands = (gap == 0.0) & (step == 0.0)
+    stands[:, 3:] = False  # check_rotary_words
     widest = np.abs(gap).reshape(-1, 2, 3).max(axis=2).repeat(3, axis=1)  # of the linear axes, of the rotary ones
     keeps = (np.abs(own - middle) <= np.abs(half) + step) & (uneven <= np.maximum(_UNEVEN * widest, _LEAST))
     for k, row in enumerate(rows.tolist()):
         axes = tuple(np.flatnonzero(leaves[k]).tolist())
         at, is_free = row + _BESIDE, bool(np.isfinite(moves.tool_axis[block.start + row + _BESIDE, 0]))
-        if len(axes) > 2 or not (goes_on[k, list(axes)].all() and np.delete(keeps[k], axes).all()):
+        follows = goes_on[k] | (stands[k] & (widest[k] > 0.0))
+        if len(axes) > 2 or not (follows[list(axes)].all() and np.delete(keeps[k], axes).all()):
             continue
+        others = np.setdiff1d(np.arange(3), axes)
+        along = others[int(np.argmax(np.abs(gap[k, others])))]
+        if gap[k, along] and not np.abs(own[k, along] - middle[k, along]) < np.abs(half[k, along]):
+            continue  # up or down, where the tip stands else
         if axes[-1] >= 3 and (is_free or (len(axes) == 1 and away[row, axes[0]] > TURN_DEG)):
             continue  # its angles are those of a tool axis; check_rotary_words
-        near = _OFF * np.abs(gap[k])
+        near = np.maximum(_OFF * np.abs(gap[k]), START_POSE_MM)
         if len(axes) == 1:
             slips = ((factor, code) for factor, code in _SLIPS if _fits(factor * own[k], middle[k], near)[axes[0]])
             for factor, code in slips:
