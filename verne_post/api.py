@@ -30,7 +30,7 @@ from verne_post.app.convert import check_source, convert_source
 from verne_post.app.explain import Explanation, explain_refused, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
-from verne_post.app.program_folders import LOOKED_FOR, choose_names, find_programs_inside
+from verne_post.app.program_folders import choose_names, describe_lack, find_programs_inside
 from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
 from verne_post.app.verify import judge_part, read_all_parts, read_rows, verify_index, verify_setpoints
@@ -623,7 +623,7 @@ def _find_programs(programs: Iterable[object], folder: Path | None) -> tuple[lis
             continue
         inside = find_programs_inside(path, folder, wrong)
         if not inside:
-            wrong.append(f"no programs in {path}; {LOOKED_FOR}")
+            wrong.append(f"no programs in {path}; {describe_lack(path, folder)}")
         found += (each for each in inside if each[0] not in named and each[0] not in searched)
         searched |= {name for name, _place in inside}
     if not (found or wrong):

@@ -414,20 +414,40 @@ def test_a_warning_about_a_set_up_stands_at_its_line_there(folder: Path, run: Ca
     assert "(as before)" in run("batch", "in", "-o", "out", "-j", 1).out
 
 
-def test_check_names_what_may_be_a_program_by_its_text(tmp_path: Path, run: Callable[..., Any]) -> None:
+def test_a_folder_names_what_may_be_a_program_by_its_text(tmp_path: Path, run: Callable[..., Any]) -> None:
     """O1001, as machines store it, was passed over without a word where other programs were beside it."""
     (tmp_path / "p").mkdir()
-    others = {"O1001": "%\nO1001\nM30\n%\n", "a.eia": "O7 (A)\nM30\n", "b.txt": "0 BEGIN PGM B MM\n"}
-    none = {"readme.txt": "Of the parts: 5% more\n", "LICENSE": "", "parts.csv": "O,1\n"}
-    for name, text in {"a.nc": "G21 G90\nG0 X0 Y0\nM2\n", **others, **none}.items():
+    others = {
+        "O1001": "%\nO1001\nM30\n%\n",
+        "a.eia": "O7(A)\nM30\n",
+        "b.txt": "0 BEGIN PGM B MM\n",
+        "c.txt": "(PART; A)\n; 3 MM\nN10 T1 M6\nN20 G90 G54 X-1. Y.5\nM8\n#1=2\n",
+    }
+    none = {
+        "readme.txt": "Of the parts: 5% more\n",
+        "LICENSE": "",
+        "codes.txt": "G54 is the zero\nG1 X5\n",
+        "mill.tbl": "T1 P1 Z80 D6\nT2 P2 Z70 D8 ;G1\n",
+        "parts.csv": "O,1\n",
+    }
+    calls = {"a.mpf": "G90 G0 X0 Y0 Z50\nUP\nM30\n", "UP.SPF": "G1 X1 F900\nX2\nX3\nRET\n"}
+    for name, text in {**calls, **others, **none}.items():
         (tmp_path / "p" / name).write_text(text)
     said = f"not checked: {', '.join(str(tmp_path / 'p' / name) for name in others)}: "
     place = ("--tool-length", "80", "--wcs", "G54=0,0,60")
     answer = run("check", tmp_path / "p", *place)
     assert said in answer.out + answer.err
-    for given in ((tmp_path / "p" / "a.nc",), (tmp_path / "p", "--quiet")):
+    answer = run("batch", tmp_path / "p", "-o", tmp_path / "out", "-j", 1, *place)
+    assert said.replace("checked", "converted") in answer.err
+    for given in ((tmp_path / "p" / "a.mpf",), (tmp_path / "p", "--quiet")):
         answer = run("check", *given, *place)
         assert "not checked:" not in answer.out + answer.err
+    for name in calls:
+        (tmp_path / "p" / name).unlink()
+    for words in (("check",), ("batch", "-o", tmp_path / "new")):
+        answer = run(*words, tmp_path / "p", *place)
+        assert answer.code == 2
+        assert f"; not taken: {said.removeprefix('not checked: ')}" in answer.err
 
 
 def test_hidden_folders_are_not_searched(folder: Path, run: Callable[..., Any]) -> None:

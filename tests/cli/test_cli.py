@@ -592,7 +592,7 @@ def test_verify_gives_no_deviation_of_rows_that_it_could_not_compare(
     assert run(good, *PLACE, "-o", axes).code == 0
     head, *rows = axes.read_text().splitlines()
     for kept, said in (
-        (0, "; the rows do not match the program: path and feed rate were not compared."),
+        (0, "; no row was compared with the program."),
         (50, " mm and axis 0.0000 deg from the programmed path; from row 50 on the rows do not match it, "),
     ):
         other = [f"{row.rpartition(',')[0]},999" for row in rows[kept:]]
@@ -608,7 +608,11 @@ def test_verify_takes_the_options_of_the_conversion(good: Path, run: Callable[..
     assert run(good, *PLACE, "--from", "home", "-o", axes).code == 0
     assert axes.read_text().splitlines()[1].endswith(",0")  # the approach is line 0
     assert run("verify", axes, "--against", good, *PLACE, "--from", "home").code == 0
-    assert run("verify", axes, "--against", good, *PLACE).code == 1
+    answer = run("verify", axes, "--against", good, *PLACE)
+    assert (answer.code, answer.out) == (1, "")
+    assert "VP413 error: row 0 (line 2 of the file): the rows begin with an approach" in answer.err
+    assert "give --from home" in answer.err
+    assert "another program" not in answer.err
     assert run("verify", axes, "--against", good, "--tool-length", 81, *PLACE[2:], "--from", "home").code == 1
     assert run("verify", axes, "--against", good, *PLACE[:2], "--wcs", "G54=0,0,51", "--from", "home").code == 1
     joints = "400,350,350,0,0"

@@ -341,7 +341,11 @@ def test_line_0_is_no_line_of_the_program() -> None:
     values, line = made(UPRIGHT)
     found = verify_rows(UPRIGHT, values, np.zeros_like(line)).findings
     assert [(item.code, item.line) for item in found] == [("VP413", None)]
-    assert "it belongs to line 0, where the program goes on with line 3" in found[0].message
+    assert "the rows begin with an approach, and the program has none" in found[0].message
+    assert "another program" not in found[0].message
+    late = np.where(np.arange(len(line)) < len(line) // 2, line, 0)
+    late_text = verify_rows(UPRIGHT, values, late).findings[0].message
+    assert "it belongs to line 0, where the program goes on with line " in late_text
 
 
 @pytest.mark.parametrize(("degrees", "fine"), [(0.0005, True), (0.002, False), (-0.01, False)])

@@ -124,7 +124,8 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock], *, split
         raise make_input_error("VP020", "the setpoint file has no rows")
     verdict = verifier.finish()
     if len(program.stops) and not split:
+        # line 0, an approach or a departure, begins no later part
         for place, item in enumerate(verdict.findings):
-            if item.code in ("VP412", "VP413"):
+            if item.code == "VP412" or (item.code == "VP413" and item.line is not None):
                 verdict.findings[place] = dataclasses.replace(item, message=item.message + _MAY_BE_PART)
     return verdict

@@ -27,7 +27,7 @@ from verne_post.cli.options import (
     find_settings,
 )
 from verne_post.cli.pictures import require_package
-from verne_post.cli.programs import find_programs
+from verne_post.cli.programs import find_programs, name_passed_over
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
@@ -177,6 +177,8 @@ def command(
         print_as_is(REPORTS["github"](reports, machine))
     if not quiet:
         echo("".join(f"{line}\n" for line in list_unchecked(reports)), nl=False, err=True)
+        called = [name for one in outcomes for name in one.called_files]
+        echo(name_passed_over(inputs, "converted", called, output), nl=False, err=True)
         echo(
             format_batch(outcomes, is_brief=True, machines={name: one.name for name, one in machines.items()}), nl=False
         )

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 from msgspec.structs import replace
 
-from verne_post.app.program_folders import find_passed_over
 from verne_post.base.numbers import format_count
-from verne_post.base.printable import make_printable
 from verne_post.base.text_marks import decode_text
 from verne_post.cli.colour import say
 from verne_post.cli.common import (
@@ -34,14 +32,14 @@ from verne_post.cli.options import (
     find_given_run,
     find_settings,
 )
-from verne_post.cli.programs import find_programs, find_readers
+from verne_post.cli.programs import find_programs, find_readers, name_passed_over
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import print_as_is
 from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Callable, Sequence
 
     from verne_post.base.long_text import Text
     from verne_post.config.settings import Settings
@@ -52,8 +50,6 @@ if TYPE_CHECKING:
     from verne_post.output.policy import Policy
 
 
-#: So many files that a folder has beside its programs are named.
-_NAMED: Final = 5
 #: Options that say which findings count.
 _POLICY: Final = (
     click.option(
@@ -229,20 +225,8 @@ def command(
     else:
         _emit(files, output_file, text)
     if not quiet:
-        say(_name_passed_over(inputs, {Path(name).name for one in everything for name in one.called}))
+        say(name_passed_over(inputs, "checked", (name for one in everything for name in one.called)))
     return find_gravest(statuses)
-
-
-def _name_passed_over(inputs: "Sequence[str]", called: "Collection[str]") -> str:
-    """One line that names files of folders which may be programs, and which no program calls; empty without any."""
-    folders = [Path(name) for name in inputs if not is_dash(name) and Path(name).is_dir()]
-    passed = [one for folder in folders for one in find_passed_over(folder) if one.name not in called]
-    if not passed:
-        return ""
-    more = f" and {len(passed) - _NAMED} more" if len(passed) > _NAMED else ""
-    shown = ", ".join(str(one) for one in passed[:_NAMED]) + more
-    text = f"not checked: {shown}: their endings are none of programs; name each file to check it, as {passed[0]}"
-    return f"{make_printable(text)}\n"
 
 
 def _check_one(

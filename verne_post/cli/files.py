@@ -15,7 +15,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, TypeVar
 
-from verne_post.app.program_folders import LOOKED_FOR, find_programs_inside
+from verne_post.app.program_folders import describe_lack, find_programs_inside
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import escape_unprinted, make_printable
 from verne_post.cli.temporary import make_temporary_file, make_temporary_folder
@@ -450,7 +450,7 @@ def _describe_folder(folder: Path) -> str:
     from verne_post.model.verdict import NO_PROGRAMS
 
     if not find_programs_inside(folder, None, []):
-        return f"{NO_PROGRAMS}; {LOOKED_FOR}"
+        return f"{NO_PROGRAMS}; {describe_lack(folder)}"
     return "is a folder; check and batch take folders"
 
 

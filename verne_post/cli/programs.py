@@ -3,12 +3,13 @@
 import glob
 import os
 import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import click
 
-from verne_post.app.program_folders import LOOKED_FOR, PROGRAMS, find_programs_inside
+from verne_post.app.program_folders import PROGRAMS, describe_lack, describe_passed_over, find_programs_inside
+from verne_post.base.printable import make_printable
 from verne_post.cli.files import DASH, Unreadable, is_dash
 
 
@@ -59,7 +60,7 @@ def find_programs(
                 if not inside and but_in is not None and but_in.resolve() in (path.resolve(), *path.resolve().parents):
                     wrong.append(f"{match}: is in the folder of -o, where no programs are looked for; give another -o")
                 elif not inside:
-                    lacking[match] = f"no programs in {match}; {LOOKED_FOR}"
+                    lacking[match] = f"no programs in {match}; {describe_lack(path, but_in)}"
                 found += inside
             else:
                 program = _find_program(path)
@@ -73,6 +74,13 @@ def find_programs(
     if not may_lack and not any(is_dash(name) or Path(name).exists() for name, _place in found):
         raise Unreadable(", ".join(name for name, _place in found), "no such file or folder")
     return list(dict.fromkeys(found)), named  # a program and its set-up may both be named
+
+
+def name_passed_over(inputs: Sequence[str], done: str, called: Iterable[str], but_in: Path | None = None) -> str:
+    """One line that names files of folders which may be programs, and were not ``done``; empty without any."""
+    folders = [Path(name) for name in inputs if not is_dash(name) and Path(name).is_dir()]
+    passed = describe_passed_over(folders, but_in, {Path(name).name for name in called})
+    return f"{make_printable(f'not {done}: {passed}')}\n" if passed else ""
 
 
 def is_setup(path: Path) -> bool:

@@ -128,7 +128,7 @@ def format_verdict(name: str, verdict: Verification, machine: Machine, *, passes
     worst = _describe_worst_ratios(verdict, machine)
     said = f"{name} {word}: {verdict.n_rows} rows; highest values (1 is the limit): {worst}"
     if not verdict.n_followed:
-        return f"{said}; the rows do not match the program: path and feed rate were not compared."
+        return f"{said}; no row was compared with the program."
     whole = verdict.n_followed == verdict.n_rows
     rest = "" if whole else f"; from row {verdict.n_followed} on the rows do not match it, and were not compared"
     return (

@@ -32,6 +32,10 @@ Forward = Callable[[Array, Array], tuple[Array, Array, Array, Mask]]
 _LOOK_AHEAD: Final = 1024
 #: Rows that are matched together after one that has gone on to a later group of its line; then twice as many each time.
 _AFTER_CHANGE: Final = 64
+_APPROACHES: Final = (
+    "the rows begin with an approach, and the program has none as it is verified: "
+    "give --from home, or the --from of the conversion"
+)
 
 
 class Touched(Struct, frozen=True, eq=False):
@@ -83,11 +87,15 @@ class LastRow(Struct, frozen=True, eq=False):
 
 
 class LostPath(Struct, frozen=True):
-    """Why the rows of a block cannot be followed from ``row`` on."""
+    """Why the rows of a block cannot be followed from ``row`` on.
+
+    ``approaches`` where the rows begin with an approach, and the program has none: nothing else is known of them.
+    """
 
     row: int
     code: str
     text: str
+    approaches: bool = False
 
 
 class RowMatcher:
@@ -177,6 +185,8 @@ class RowMatcher:
             row = int(wrong[0])
             hop = self._count_skipped(int(group[row]), int(line[row]))
             if hop is None:
+                if not line[row] and group[row] == 0:
+                    return group[:row], LostPath(row, "VP413", _APPROACHES, approaches=True)
                 where = f"line {expected[row]}" if not beyond[row] else "its end"
                 hint = (
                     "; line 0 is an approach or a departure: give the --from and --to of the conversion"

@@ -197,7 +197,7 @@ class _MotionPart:
                 self._dynamics.finish(result.n_rows)
             if self._lost is None:
                 self._feed.blocks.finish(self._matcher.last, result.n_rows)
-            elif result.n_followed < _FEW_FOLLOWED * result.n_rows:
+            elif result.n_followed < _FEW_FOLLOWED * result.n_rows and not self._lost.approaches:
                 self._findings.explain(self._lost.code, OTHER_ROWS)
         self._check_axis_error()
         result.velocity_ratio, result.acceleration_ratio, result.jerk_ratio = (
