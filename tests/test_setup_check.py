@@ -125,6 +125,27 @@ def test_a_rapid_without_length_after_a_tool_change_lacks_g43(change, before, sa
     assert "--tool-length 0" not in describe_remedy(item, "p.nc")  # it is not what is meant
 
 
+@pytest.mark.parametrize(
+    ("name", "change", "cut", "line", "said"),
+    [
+        ("nc", "T1 M6", "G0 X0 Y0 Z60\nG0 Z3", 7, "(G43 H1) after line 2, or write the rapid in"),
+        ("nc", "G0 Z190\nZ180\nT1 M6", "Z60\nZ3", 9, "(G43 H1 in line 8, with the first Z), or write the rapid in"),
+        ("nc", "G0 Z190\nZ180\nT1 M6", "M98 P100\nM30\nO100\nG0 Z60\nZ3", 12, "(G43 H1) after line 4, or write the"),
+        ("mpf", "T1 M6\nD0", "G0 X0 Y0 Z60\nG0 Z3", 8, "(D1) after line 2, or write the rapid in"),
+    ],
+)
+def test_a_rapid_of_a_program_without_any_length_lacks_it(name, change, cut, line, said) -> None:
+    """Machine coordinates were advised, or to keep a length that was never in force."""
+    head = "G710 G90 G94 G17" if name == "mpf" else "G21 G90 G94 G17 G49"
+    end = "M99" if "M98" in cut else "M30"
+    program = f"{head}\n{change}\nG54\nS900 M3\nG0 A0 C0\n{cut}\nG1 X20 F300\nG0 Z60\n{end}\n"
+    dialect = "siemens" if name == "mpf" else "rs274"
+    options = vp.Options(tools={1: tool(1, 120.0)}, wcs={"G54": (0, 0, 60)}, dialect=dialect)
+    (item,) = (one for one in check(program, "verne", options).findings if one.severity == "error")
+    assert (item.code, item.line) == ("VP034", line)
+    assert f"mm below the table face; activate its length {said}" in item.message
+
+
 def test_a_tool_change_that_is_forgotten_refuses() -> None:
     """T2 without M6, and then H2: tool 1 went down 30 mm off, with a warning."""
     tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in {1: 80.0, 2: 110.0}.items()}

@@ -878,13 +878,17 @@ MANY = "".join(f"X{n}.\n" for n in range(20))
         ("fanuc", "G0 X9. F600.\nZ60.\nG1 X5.\nX7. F500.", None, ""),
         ("siemens", "G0 X9 F600\nG1 X5\nX7 F500", None, ""),
         ("siemens", "G0 X9\nX5 Y5 F250\nG1 X7 F500", None, ""),
+        ("siemens", "G0 X9\nX5 Y5 F250\nCYCLE82(100,90,2,80,,0.3)", None, ""),
+        ("siemens", "G1 X8 F500\nG0 X9\nX5 F400\nY5\nG0 Z120", 5, "G0 of line 4"),
+        ("siemens", "G1 X8 F500\nG0 Z120\nX5 Y60 F5000", None, ""),  # parks
+        ("siemens", "G0 X9\nX5 F400\nG0 Z120\nT1 D1\nM6\nS900 M3\nG0 X9\nG1 X7 F500", 4, "G0 of line 3"),
         ("rs274", "F600\nG53 X9 F600\nG1 X5 F400", None, ""),
     ],
 )
 def test_f_in_a_block_that_an_earlier_g0_moves_is_told_once(machine, dialect, program, line, since):
     """G1 is missing, and the cut is a rapid; also inside a stretch that is executed at once."""
     head = f"{'G71' if dialect == 'siemens' else 'G21'} G90\nG0 X0. Y0. Z100. A0. C0.\n"
-    setup = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    setup = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)}, split_at_stops=True)
     told = [item for item in check(f"{head}{program}\nM30\n", machine, setup).findings if item.code == "VP009"]
     assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, "warning")])
     said = f"{since} is still active; write G1 in the first block from {since[len('G0 of ') :]} on"

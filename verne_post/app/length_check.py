@@ -175,7 +175,12 @@ def _find_place(moves: Moves, tool: int, move: int) -> _Place:
     found = rows[is_along & (moves.line[rows] > place.change)][:1].tolist()
     if not found or moves.kind[found[0]] != MoveKind.RAPID or moves.find_of_cycles()[found[0]]:  # no place for it
         return place
+    if (moves.end[: found[0], 2] == moves.start[2]).all():  # a block above may be the first that names Z
+        return place
     line = int(moves.line[found[0]])
+    chain = next((one.chain for one in reversed(moves.calls) if one.before <= found[0]), ())
+    if chain and not chain[-1][1] <= place.change <= line:  # a subprogram that is called since the change
+        return place
     # nor is a line of a called file, or one that moves another tool too
     tools = find_tool_of_moves(np.flatnonzero(moves.line == line), 0, moves)
     if line // LINES_OF_A_CALL != place.change // LINES_OF_A_CALL or (tools != tools[0]).any():
@@ -212,7 +217,6 @@ def check_lengths(
     stretches = _list_stretches(moves, path)
     feeds = np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL)
     lowest = float(moves.end[feeds, 2].min(initial=math.inf))
-    needs_code = any(one.length for one in stretches)
     for stretch, stretch_before in zip(stretches, (None, *stretches), strict=False):
         tool, length = stretch.tool, stretch.length
         before += [] if tool in before else [tool]
@@ -242,7 +246,7 @@ def check_lengths(
                         f"since then calls a tool or a length; write T and M6 of the next tool, or {place.word}, "
                         f"before this line, or the rapid {in_machine}"
                     )
-                elif tool and needs_code and (place := _find_place(moves, tool, at)).change:
+                elif tool and (place := _find_place(moves, tool, at)).change:
                     remedy = f"{place.describe()}, or write the rapid {in_machine}"
                 rapid = _LowRapid(at, is_error, why, remedy, place.make_edits())
         owner = next((one for one in before if one in owners), None)

@@ -185,6 +185,9 @@ class Recorder(Struct):
     #: Number of the next move at the first feed rate that is given after each change of tools.
     feeds: list[int] = field(default_factory=list)
     lacks_feed: bool = False  #: True from a change of tools to that.
+    changes: int = 0  #: Of tools, so far.
+    #: By that number: the move of the last F beside a rapid that a cut may use, and what is told if none does.
+    idle_feeds: dict[int, tuple[int, Finding]] = field(default_factory=dict)
     language: str = ""
     first_cut: int = 0
     machine_moves: list[int] = field(default_factory=list)
@@ -498,6 +501,7 @@ class Recorder(Struct):
         own_line = self.lines.find_own(line) if self.lines.place is not None else 0
         self.events.append(Event(line, kind, self.count, data, own_line))
         self.lacks_feed |= kind == "tool"
+        self.changes += kind == "tool"
 
     def record_tool(self, line: int, kind: str, number: int, data: dict[str, object]) -> None:
         """Record that a tool is selected or comes into the spindle, by the number that it has in here."""
@@ -674,6 +678,21 @@ class Recorder(Struct):
             named_changes=tuple(self.named_changes),
             aimed_changes=tuple(self.aimed_changes),
             assumed_axes=self.assumed_axes,
-            findings=tuple(self.warnings.values()),
+            findings=(*self.warnings.values(), *_find_idle_feed(self, table["kind"], table["end"])),
             **table,
         )
+
+
+def _find_idle_feed(recorder: Recorder, kind: NDArray[np.int8], end: Array) -> tuple[Finding, ...]:
+    """The first of the warnings that wait for a cut, where the tool rises without one; the builder's codes may cut."""
+    if recorder.given_up_line:
+        return ()
+    changes = [one.before for one in recorder.events if one.kind == "tool"]
+    others = [one.before for one in recorder.events if one.kind in ("remapped", "auxiliary", "not executed")]
+    for number, (begin, item) in recorder.idle_feeds.items():
+        moves = slice(begin, changes[number] if number < len(changes) else len(kind))
+        is_cut = (kind[moves] != MoveKind.RAPID) & (kind[moves] != MoveKind.DWELL)
+        rises = (np.diff(end[moves, 2]) > 0.0).any()  # a place to park at is left as it is
+        if rises and not is_cut.any() and not any(begin <= one <= moves.stop for one in others):
+            return (item,)
+    return ()

@@ -201,10 +201,13 @@ def note_g91(core: "Machining", line: int, *, absolute: bool) -> None:
         core.word_lines.setdefault("G91", core.recorder.lines.find_own(line))
 
 
-def warn_of_idle_feed(core: "Machining", at: At, feed: float) -> None:
-    """VP009, once a program: a block with F moves in rapid traverse, because an earlier G0 is in force."""
+def warn_of_idle_feed(core: "Machining", at: At, feed: float, *, may_be_used: bool = False) -> None:
+    """VP009, once a program: a block with F moves in rapid traverse, because an earlier G0 is in force.
+
+    Where its F ``may_be_used`` by a cycle or a cut that follows, only if the tool rises without one.
+    """
     if core.warns_of_idle_feed:
-        core.warns_of_idle_feed = False
+        core.warns_of_idle_feed = may_be_used
         since, where = "G0", "in the first block"
         if "G0" in core.word_lines:
             since = f"G0 of line {core.word_lines['G0']}"
@@ -214,7 +217,11 @@ def warn_of_idle_feed(core: "Machining", at: At, feed: float) -> None:
             f"G1 {where} that is to move at the feed rate"
         )
         edit = Remedy("write G1", "G1", line=at.line, way="before", is_choice=True)
-        core.recorder.warn("VP009", text, at.line, None, severity="warning", edits=(edit,))
+        recorder = core.recorder
+        recorder.warn("VP009", text, at.line, None, severity="warning", edits=(edit,))
+        if may_be_used:
+            item = recorder.warnings.pop((recorder.lines.find_own(at.line), "VP009"))
+            recorder.idle_feeds[recorder.changes] = recorder.count, item
 
 
 def _spell_angle(letter: str, value: float) -> str:

@@ -284,9 +284,9 @@ class SiemensInterpreter:
             return False
         if modes.motion in ("G0", "G1"):
             kind = MoveKind.RAPID if modes.motion == "G0" else MoveKind.FEED
-            # F beside X and Y is for the drilling cycle that follows
-            if kind == MoveKind.RAPID and 2 in places and "F" in words.words and words.find_code("motion") is None:
-                warn_of_idle_feed(self.core, block, words.words["F"].value)
+            if kind == MoveKind.RAPID and "F" in words.words and words.find_code("motion") is None:
+                # F beside X and Y is for the drilling cycle that follows
+                warn_of_idle_feed(self.core, block, words.words["F"].value, may_be_used=2 not in places)
             try:
                 self.motion.run_line(block, kind, places, vector)
             except ProgramError as error:
