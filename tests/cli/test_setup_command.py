@@ -13,6 +13,7 @@ import pytest
 import verne_post as vp
 from verne_post.config import list_machine_files
 from verne_post.config.toml_entries import Change
+from verne_post.gcode.remarks import find_corner_radius
 
 FANUC = """%
 O1000 (BLADE)
@@ -88,7 +89,8 @@ def fill(path: Path) -> None:
     ("name", "source", "expected"),
     [
         ("part.nc", FANUC, {
-            "tools": {"1": {"length": "measure", "diameter": 10}, "5": {"length": "measure", "diameter": 6}},
+            "tools": {"1": {"length": "measure", "diameter": 10},
+                      "5": {"length": "measure", "diameter": 6, "corner_radius": 3}},
             "wcs": {"G54": "measure", "G55": "measure"}, "remap": {"M11": "decide"}, "split_at_stops": True,
         }),
         ("part.mpf", SIEMENS, {"tools": {"MILL 10": {"length": "measure"}}, "wcs": {"G54": "measure"}}),
@@ -289,7 +291,8 @@ def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> No
         ),
         (
             KLARTEXT.replace("MM\n", "MM\n1 ;  #7 BALL D=6\n", 1).replace('"MILL_10"', "7"),
-            '7 = { length = "measure", diameter = 6 }  # BALL D=6 - diameter from this remark, check it',
+            '7 = { length = "measure", diameter = 6, corner_radius = 3 }  # BALL D=6'
+            " - diameter and corner_radius from this remark, check it",
         ),
         (
             KLARTEXT.replace("MM\n", "MM\n1 ; TOOL: MILL_10 D=16.000 R=0.8 L=75\n", 1),
@@ -314,8 +317,8 @@ def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path)
     (tmp_path / "part.nc").write_text(FANUC)
     told = run("setup", tmp_path / "part.nc", "-o", "-")
     assert (
-        '5 = { length = "measure", diameter = 6 }  # D=6. CR=3. - BALL - diameter from this remark, check it\n'
-        in told.out
+        '5 = { length = "measure", diameter = 6, corner_radius = 3 }  # D=6. CR=3. - BALL'
+        " - diameter and corner_radius from this remark, check it\n" in told.out
     )
     assert "the length of tools 1 and 5, the place of G54 and G55, the meaning of M11" in told.err
     (tmp_path / "part.nc").write_text(FANUC.replace("M30", "T9 M6\nG43.4 H9\nG1 X1 F100\nM30"))
@@ -371,9 +374,11 @@ def test_a_diameter_of_a_remark_is_taken_and_marked(
     answer = run("setup", path)
     text = Path(f"{path}.toml").read_text("utf-8")
     tool = {"length": "measure"} | ({} if diameter is None else {"diameter": diameter})
-    assert tomllib.loads(text)["tools"] == {"1": tool}
-    marked = "diameter from this remark, check it" in text
-    told = "taken from remarks, check it: the diameter of tool 1; to be filled in: the length of tool 1" in answer.err
+    written = tomllib.loads(text)["tools"]
+    corner = written["1"].pop("corner_radius", None)
+    assert (written, corner) == ({"1": tool}, 4 if "BALL" in remark and diameter else None)
+    marked = f"diameter{' and corner_radius' * (corner is not None)} from this remark, check it" in text
+    told = "taken from remarks, check it: the diameter of tool 1" in answer.err
     assert (marked, told) == (diameter is not None, diameter is not None)
     # what is there stays: the one who measured it knows better
     Path(f"{path}.toml").write_text("split_at_stops = true\n[tools]\n1 = { length = 80 }\n[wcs]\nG54 = [0, 0, 60]\n")
@@ -398,6 +403,40 @@ def test_a_remark_above_the_change_of_tools_is_about_its_tool(
     (tmp_path / "a.nc").write_text(f"G21 G90 G94\n{lines}\nG43 H1\nS900 M3\nG0 X0 Y0 Z20 A0 C0\nG1 X1 F600\nM2\n")
     written = tomllib.loads(run("setup", tmp_path / "a.nc", "-o", "-").out)["tools"]["1"]
     assert written.get("diameter") == diameter
+
+
+@pytest.mark.parametrize(
+    ("remark", "diameter", "corner"),
+    [
+        ("D=8 CR=4 - ball end mill", 8, 4),
+        ("BALL_6 D=6", 6, 3),
+        ("BALL D10 R5", 10, 5),
+        ("D=10 BALLNOSE", 10, 5),
+        ("D=10 BULL NOSE R2", 10, 2),
+        ("D=12 CORNER RADIUS 1.5", 12, 1.5),
+        ("D=16 R=8 FLAT", 16, 0),  # half the diameter
+        ("D=10 CR=0. - flat end mill", 10, 0),
+        ("D=10 BALL R4", 10, 0),
+        ("D=10 CR=6", 10, 0),
+        ("D=10 CR=1,5", 10, 0),
+        ("D=10 BALL BEARING", 10, 0),
+        ("D=6 CR=0.5 TAPER=2deg - tapered mill", 6, 0),
+        ("D=20 CR=2 - radius mill", 20, 0),
+    ],
+)
+def test_a_corner_radius_of_a_remark_is_that_of_a_rounded_edge(remark: str, diameter: float, corner: float) -> None:
+    assert find_corner_radius(remark, diameter) == corner
+
+
+def test_a_corner_radius_of_the_settings_is_written(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without it the tool would be flat in the set-up, and a ball without one."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.nc").write_text("G90 G94\nT1 M6\nG43 H1\nS900 M3\nG0 X0 Y0 Z20 A0 C0\nG1 X1 F600\nM2\n")
+    tool = {"length": 80, "diameter": 8, "corner_radius": 4}
+    (tmp_path / "verne-post.toml").write_text(
+        '[setup."a.nc".tools]\n1 = { length = 80, diameter = 8, corner_radius = 4 }\n'
+    )
+    assert tomllib.loads(run("setup", "a.nc", "-o", "-").out)["tools"] == {"1": tool}
 
 
 def test_each_tool_of_a_remark_has_its_own_size(run: Run, tmp_path: Path) -> None:
@@ -536,7 +575,8 @@ split_at_stops = true  # one file of setpoints from stop to stop; convert needs 
 1 = { length = 80 }  # flat
 9 = { length = 70.5, diameter = 3 }  # drill; not used by the program
 "TAP M6" = { length = 60 }  # not used by the program
-5 = { length = "measure", diameter = 6 }  # D=6. CR=3. - BALL - diameter from this remark, check it
+5 = { length = "measure", diameter = 6, corner_radius = 3 }  # D=6. CR=3. - BALL - diameter and corner_radius \
+from this remark, check it
 
 [wcs]
 G54 = [0, 0, 60]
@@ -564,7 +604,8 @@ def test_a_setup_that_is_there_keeps_what_it_says(newline: str, run: Run, tmp_pa
     assert there.read_bytes() == MERGED.replace("\n", newline).encode()
     assert (
         "part.nc.toml: added: split_at_stops, tools.5, wcs.G55, remap.M11; not used by the program: tools.9, "
-        'tools."TAP M6", wcs.G58; taken from remarks, check it: the diameter of tool 5; to be filled in: the length of '
+        'tools."TAP M6", wcs.G58; taken from remarks, check it: the diameter of tool 5, '
+        "the corner_radius of tool 5; to be filled in: the length of "
         "tool 5, the place of G55, the meaning of M11\n"
     ) in told.err
     # nothing is new the second time, and a file with nothing new is not written
@@ -588,7 +629,7 @@ def test_what_a_program_with_errors_uses_is_not_known(run: Run, tmp_path: Path) 
     there.write_text(THERE)
     run("setup", program)
     assert "not used" not in there.read_text()
-    assert tomllib.loads(there.read_text())["tools"]["5"] == {"length": "measure", "diameter": 6}
+    assert tomllib.loads(there.read_text())["tools"]["5"] == {"length": "measure", "diameter": 6, "corner_radius": 3}
 
 
 @pytest.mark.parametrize(
@@ -603,7 +644,7 @@ def test_what_a_program_with_errors_uses_is_not_known(run: Run, tmp_path: Path) 
         ("split_at_stops = false\n", {"split_at_stops": False}),
         ('wcs.G54 = [\n  0, # x\n  0,\n  60,\n]\n[tools]\n1 = { length = "measure" }\n', {"wcs": {
             "G54": [0, 0, 60], "G55": "measure"}, "tools": {
-                "1": {"length": "measure"}, "5": {"length": "measure", "diameter": 6}}}),
+                "1": {"length": "measure"}, "5": {"length": "measure", "diameter": 6, "corner_radius": 3}}}),
     ],
 )  # fmt: skip
 def test_a_setup_is_extended_in_the_way_in_which_it_is_written(
@@ -657,7 +698,7 @@ def test_a_setup_in_braces_is_extended_in_them(run: Run, tmp_path: Path) -> None
     written.write_text("tools = { 1 = { length = 80 } }\n")
     assert run("setup", program).code == 0
     merged = tomllib.loads(written.read_text())
-    assert merged["tools"] == {"1": {"length": 80}, "5": {"length": "measure", "diameter": 6}}
+    assert merged["tools"] == {"1": {"length": 80}, "5": {"length": "measure", "diameter": 6, "corner_radius": 3}}
     assert merged["wcs"] == {"G54": "measure", "G55": "measure"}
 
 
@@ -671,7 +712,7 @@ def test_a_setup_that_would_mean_something_else_is_left_as_it_is(
     told = run("setup", program)
     assert told.code == 2
     assert (
-        'write there: split_at_stops = true, tools.5 = { length = "measure", diameter = 6 }, wcs.G54 = "measure"'
+        'write there: split_at_stops = true, tools.5 = { length = "measure", diameter = 6, corner_radius = 3 }, wcs.G54'
         in told.err
     )
     assert written.read_text() == "tools = { 1 = { length = 80 } }\n"

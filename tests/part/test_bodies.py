@@ -7,8 +7,9 @@ from msgspec.structs import replace
 
 from verne_post.config.tool_shapes import read_tool_shapes
 from verne_post.model.findings import InputError
+from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Cylinder
+from verne_post.model.part_setup import Cylinder, Tool
 from verne_post.part.bodies import build_pieces, check_tool, measure_phi
 
 LENGTH = 50.0
@@ -172,14 +173,16 @@ def test_impossible_shapes_are_named(text, says):
 
 def test_a_shape_is_checked_against_the_tool_table():
     shape = (Cylinder("cutter", 8, 20, corner_radius=4), Cylinder("holder", 40, 30))
-    check_tool("tool 3", shape, 50, 8.1)
-    check_tool("tool 3", shape, 50, 0)
+    for given in (None, Tool(3, 3, ZERO9), Tool(3, 3, ZERO9, 8.1), Tool(3, 3, ZERO9, 8, corner_radius=4)):
+        check_tool("tool 3", shape, 50, given)
     with pytest.raises(InputError, match="its parts among the tool shapes are 50 mm long, but its length is 49"):
-        check_tool("tool 3", shape, 49, 0)
+        check_tool("tool 3", shape, 49, None)
     with pytest.raises(
         InputError, match="its cutter among the tool shapes is 8 mm thick, but its diameter in the tool table is 10"
     ):
-        check_tool("tool 3", shape, 50, 10)
+        check_tool("tool 3", shape, 50, Tool(3, 3, ZERO9, 10))
+    with pytest.raises(InputError, match="corner_radius of its cutter among the tool shapes is 4 mm, but in the tool"):
+        check_tool("tool 3", shape, 50, Tool(3, 3, ZERO9, 8, corner_radius=1))
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -595,6 +595,36 @@ def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
     ]
 
 
+BALL_PROGRAM = """BEGIN PGM X MM
+BLK FORM 0.1 Z X-30 Y-30 Z-20
+BLK FORM 0.2 X+30 Y+30 Z+0
+TOOL CALL 1 Z S9000
+L A+0 C+0 FMAX M3
+M128
+L X-35 Y+0 Z+30 FMAX
+L X-35 Y+0 Z-1.5 A-18 C+90 F1000
+L X+20 F1500
+L Z{} FMAX
+M129
+M30
+END PGM X MM
+"""
+
+
+@pytest.mark.parametrize(
+    ("corner", "z", "told"), [(0.0, "+30", [True]), (4.0, "+30", []), (0.0, "-9", [False]), (4.0, "-9", [False])]
+)
+def test_a_ball_is_no_flat_cutter(corner: float, z: str, told: list[bool]) -> None:
+    """And a contact that only the corner of a flat cutter has says that the cutter counts as flat."""
+    options = vp.Options(
+        tools={1: Tool(1, 1, (0.0, 0.0, 120.0, *(0.0,) * 6), 8.0, corner_radius=corner)},
+        wcs={"G54": (0, 0, 60)},
+        stock=vp.OwnStock(),
+    )
+    findings = vp.check(BALL_PROGRAM.format(z), "ac_trunnion", options, limits_only=True).findings
+    assert ["counts as flat" in item.message for item in findings if item.code == "VP216"] == told, findings
+
+
 @pytest.mark.parametrize(
     ("low", "high", "system", "z", "said"),
     [

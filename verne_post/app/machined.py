@@ -252,8 +252,7 @@ def _build_tool(program: Program, number: int, name: str, shortest: float, longe
     shape = options.tool_shapes.get(number, ())
     if not shape:
         raise report_missing_shape(number, name)
-    diameter, key = (0.0, "") if table is None else (table.diameter, table.key)
-    check_tool(name, shape, shortest, diameter, key and f"{key} of the set-up")
+    check_tool(name, shape, shortest, table)
     return build_pieces(shape, longest)
 
 

@@ -55,6 +55,7 @@ class SetupDraft(Struct, frozen=True):
     used: frozenset[tuple[str, str]] | None = None
     #: Why the text is a subprogram, or may be one: a tool is not asked for where another program brings it.
     subprogram: Finding | None = None
+    corners: Mapping[str, float] = {}  #: Number or name of a tool -> the corner radius of its cutter, mm, where given.
     moves: Moves | None = None  #: Of the program with stand-ins for what is missing; None where it has other errors.
 
     @property
@@ -81,6 +82,11 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     tools = {str(number): _read_sizes(tool) for number, tool in (options.tools or {}).items()}
     names = {number: name for name, number in list_tool_numbers(options).items()}
     tools = {names.get(int(number), number): sizes for number, sizes in tools.items()}
+    corners = {
+        names.get(number, str(number)): tool.corner_radius
+        for number, tool in (options.tools or {}).items()
+        if tool.corner_radius
+    }
     wcs: dict[str, WorkOffset | None] = {name_system(system): place for system, place in options.wcs.items()}
     codes: dict[str, str | None] = dict(options.remap)
     keys: dict[tuple[str, ...], None] = {}
@@ -117,6 +123,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         TAPPING_KEY in keys,
         others,
         subprogram=subprogram,
+        corners=corners,
         moves=moves,
     )
 
@@ -187,7 +194,7 @@ def _assume(
         number = int(name) if name.isdecimal() else known.get(name, 0)
         number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))
         tool = tools.get(number, Tool(number, number, ZERO9, unmeasured="nobody"))
-        sizes: dict[str, Any] = {"diameter": sizes_mm[1]}
+        sizes: dict[str, Any] = {"diameter": sizes_mm[1], "corner_radius": 0.0}
         if what == "length":
             sizes = {"offset": (0.0, 0.0, sizes_mm[0], *ZERO9[3:]), "unmeasured": ""}
         tools[number] = dataclasses.replace(tool, **sizes)

@@ -1,5 +1,6 @@
 """The stock as it is cut: which bodies that are in its box are in material at that time."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -38,6 +39,11 @@ CHORD_ANGLE: Final = np.radians(0.5)
 WIRE: Final = Cylinder("cutter", 0.3)
 #: Said of it where it meets the stock.
 AS_LINE: Final = " (the cutter as a thin line: no diameter is given)"
+AS_FLAT: Final = (
+    " (the cutter counts as flat: no corner_radius is given, in [tools] of the set-up or in a file of tool_shapes)"
+)
+#: Material that lies deeper in a flat cutter, as a share of its radius, a ball of the same radius touches too.
+DEPTH_IN_CORNER: Final = 1.0 - math.sqrt(0.5)
 #: Where the tip goes less than this, mm, the place of a contact is an angle.
 SHORT_WAY_MM: Final = 0.1
 #: A cut that comes so near to the stock, mm, is one that only scratches it; a cutter of unknown radius has this one.
@@ -301,7 +307,9 @@ def count_chords(joints: JointPath) -> Array:
 def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
     """Cutter, shank, holder and spindle about the axis of a tool of this length, mm."""
     pieces = build_pieces(shape or (WIRE,), length, joined=False)
-    return replace(group_pieces([*pieces, *build_spindle(machine, length)]), is_line=not shape)
+    flat = 0.5 * shape[0].diameter if shape and shape == (Cylinder("cutter", shape[0].diameter),) else 0.0
+    tool = group_pieces([*pieces, *build_spindle(machine, length)])
+    return replace(tool, is_line=not shape, flat_radius=flat)
 
 
 def report_touches(
@@ -324,8 +332,11 @@ def report_touches(
         lines = {one.line for part in stretches for one in part}
         stretches += _split_touches([one for one in own if one.depth != one.depth and one.line not in lines])
         for part in stretches:
-            is_line = body == "cutter" and any(tools[int(spans.tool[one.span])].is_line for one in part)
-            yield _make_finding(coordinates, part, name, keep_off, cell, AS_LINE if is_line else "")
+            touching = [(one, tools[int(spans.tool[one.span])]) for one in part if body == "cutter"]
+            is_line = any(tool.is_line for _one, tool in touching)
+            in_corner = touching and all(one.depth < DEPTH_IN_CORNER * tool.flat_radius for one, tool in touching)
+            remark = AS_LINE if is_line else AS_FLAT if in_corner else ""
+            yield _make_finding(coordinates, part, name, keep_off, cell, remark)
 
 
 def _split_touches(touches: list[Touch]) -> Iterator[list[Touch]]:

@@ -49,8 +49,8 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
 
     The file has the values that options, settings and an existing set-up give; of a tool table it has the tools that
     the program calls, and a remark names the others. Every other value is marked "measure" or "decide", and counts as
-    not given. A diameter from a remark of the program, such as (T1 D=16), is written into the file: compare it with the
-    tool.
+    not given. A diameter and a corner radius from a remark of the program, such as (T1 D=16 CR=2), are written into the
+    file: compare them with the tool.
 
     The command keeps the values of an existing set-up, adds those that are missing, and marks those that the program
     does not use. It prints errors that no set-up can correct: check and convert refuse the program until you correct
@@ -167,11 +167,19 @@ def make_setup(
     # where errors hide which tools the program calls, all of them are written
     idle = [key for key in draft.tools if draft.used is not None and ("tools", key) not in draft.used]
     draft = replace(draft, tools={key: sizes for key, sizes in draft.tools.items() if key not in idle})
-    draft, remarks, said = _take_diameters(source, draft, dialect, ())
+    draft, remarks, said = _take_sizes(source, draft, dialect, ())
     tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
     numbers = _list_given_numbers(options)
     asked = Asked(
-        draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.needs_length, draft.split, tapping, numbers
+        draft.tools,
+        draft.wcs,
+        draft.codes,
+        draft.tool_length,
+        draft.needs_length,
+        draft.split,
+        tapping,
+        numbers,
+        draft.corners,
     )
     text = write_setup(name, asked, remarks, dialect, machine.coordinates.zero_point, idle)
     doubts = _list_doubts(source, draft, options)
@@ -210,24 +218,30 @@ def _list_given_numbers(options: "Options") -> dict[str, int]:
     return {name: number for name, number in list_tool_numbers(options).items() if number < FIRST_NAMED_TOOL}
 
 
-def _take_diameters(
+def _take_sizes(
     source: "Text", draft: "SetupDraft", dialect: str, known: "Collection[str]"
 ) -> "tuple[SetupDraft, dict[str, str], str]":
-    """A draft with the diameters that remarks of the program name, these remarks, which say so, and which to check.
+    """A draft with the sizes of cutters that remarks name, these remarks, which say so, and which to check.
 
     Tools of a set-up that is there (``known``) stay as they are.
     """
     from verne_post.base.long_text import decode_lines
     from verne_post.config.setup_form import list_missing
-    from verne_post.gcode.remarks import find_tool_diameters, find_tool_remarks
+    from verne_post.gcode.remarks import find_corner_radius, find_tool_diameters, find_tool_remarks
 
     remarks = find_tool_remarks(decode_lines(source), dialect)
     named = find_tool_diameters(source, remarks)
     taken = {key: named[key] for key, (_, given) in draft.tools.items() if not given and key in named.keys() - known}
     tools = {key: (length, taken.get(key, diameter)) for key, (length, diameter) in draft.tools.items()}
-    marked = {key: f"{remarks[key]} - diameter from this remark, check it" for key in taken}
-    said = f"taken from remarks, check it: {list_missing({'diameter': list(taken)})}; " if taken else ""
-    return replace(draft, tools=tools), remarks | marked, said
+    found = {key: find_corner_radius(remarks[key], diameter) for key, diameter in taken.items()}
+    corners = {key: corner for key, corner in found.items() if corner}
+    marked = {
+        key: f"{remarks[key]} - diameter{' and corner_radius' * (key in corners)} from this remark, check it"
+        for key in taken
+    }
+    named_sizes = {"diameter": list(taken), "corner_radius": list(corners)}
+    said = f"taken from remarks, check it: {list_missing(named_sizes)}; " if taken else ""
+    return replace(draft, tools=tools, corners={**draft.corners, **corners}), remarks | marked, said
 
 
 def _extend_setup(
@@ -243,7 +257,7 @@ def _extend_setup(
     draft = find_used(source, machine, options, draft_setup(source, machine, options))
     known = [normalise_key("tools", key) for key in tomllib.loads(text).get("tools", {})]
     dialect = choose_dialect_name(options.dialect, source, name)
-    draft, remarks, said = _take_diameters(source, draft, dialect, known)
+    draft, remarks, said = _take_sizes(source, draft, dialect, known)
     used = draft.used or frozenset()
     tells_tools = any(given.get(key) for key in (*TOOL_KEYS, "shapes_file"))
     tools = {
@@ -255,7 +269,8 @@ def _extend_setup(
     length = draft.tool_length if given.get("tool_length") is not None else None
     tapping = "refuse" if draft.taps else given.get("tapping") or ""
     split = draft.split and (not options.split_at_stops or bool(given.get("split_at_stops")))
-    asked = Asked(tools, wcs, codes, length, draft.needs_length, split, tapping, _list_given_numbers(options))
+    numbers = _list_given_numbers(options)
+    asked = Asked(tools, wcs, codes, length, draft.needs_length, split, tapping, numbers, draft.corners)
     extended = extend_setup(text, asked, draft.used, remarks, dialect, machine.coordinates.zero_point)
     idle = {key for table, key in extended.unused if table == "tools"}
     missing = {

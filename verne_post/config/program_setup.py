@@ -20,7 +20,15 @@ from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.option_checks import Meaning, check_work_offsets, find_system
 from verne_post.model.options import OPTIONS, find_about
-from verne_post.model.part_setup import FIRST_NAMED_TOOL, MAX_PLACE, MAX_TOOL, Tool, WorkOffset
+from verne_post.model.part_setup import (
+    FIRST_NAMED_TOOL,
+    MAX_PLACE,
+    MAX_TOOL,
+    Cylinder,
+    Tool,
+    WorkOffset,
+    describe_mistake,
+)
 
 #: Stands for a size that is still to be measured: the tool is there, and its size is not known.
 TO_MEASURE: Final = "measure"
@@ -48,12 +56,22 @@ class InlineTool(Table, frozen=True, kw_only=True):
     about: ClassVar[Mapping[str, str]] = {
         "length": "mm from the gauge line to the tip",
         "diameter": "mm, of the cutter",
+        "corner_radius": "mm; half the diameter is a ball, 0 a flat end",
         "number": "of a tool that the program calls by its name",
     }
 
     length: Size = TO_MEASURE
     diameter: Size = 0.0
+    corner_radius: Annotated[float, Meta(ge=0, le=MAX_TOOL)] = 0.0
     number: Annotated[int, Meta(ge=1)] | None = None
+
+    def check_together(self) -> None:
+        if not self.corner_radius or self.diameter == TO_MEASURE:
+            return
+        if not self.diameter:
+            raise ValueError("a corner_radius goes with a diameter")
+        if mistake := describe_mistake(Cylinder("cutter", self.diameter, corner_radius=self.corner_radius)):
+            raise ValueError(mistake)
 
 
 def number_tools(
@@ -88,7 +106,8 @@ def number_tools(
         length, diameter = (0.0 if size == TO_MEASURE else float(size) for size in (entry.length, entry.diameter))
         offset = (0.0, 0.0, length, *(0.0,) * 6)
         unmeasured = place if entry.length == TO_MEASURE else ""
-        tools[number] = Tool(number, number, offset, diameter, unmeasured, f"tools.{quote_key(key)}" if is_own else "")
+        own = f"tools.{quote_key(key)}" if is_own else ""
+        tools[number] = Tool(number, number, offset, diameter, unmeasured, own, corner_radius=entry.corner_radius)
     return tools, names
 
 
@@ -126,7 +145,7 @@ class SetupFile(Table, frozen=True, kw_only=True):
     about: ClassVar[Mapping[str, str]] = {
         "wcs": "work offsets by system: [x, y, z] in mm, or [x, y, z, turn] with the part's rotation in degrees; they "
         "count from the rotary centre on the table face, or from part_zero of a machine file of schema 2",
-        "tools": "lengths and diameters in mm, by the number or name of the tool",
+        "tools": "lengths, diameters and corner radii in mm, by the number or name of the tool",
         "remap": "meaning of codes that the builder of the machine defines",
         "keep_out": "fixtures by name: boxes in mm, or files of meshes",
         "stock": "what the tool may cut: a box in mm, or the file of a mesh",

@@ -29,6 +29,7 @@ class Asked(Struct, frozen=True):
     split: bool
     tapping: str  #: What the file says of rigid tapping; empty where the program has none.
     numbers: Mapping[str, int] = {}  #: Name of a tool -> its number, where somebody has given it.
+    corners: Mapping[str, float] = {}
 
 
 def write_setup(
@@ -155,6 +156,7 @@ def _list_tools(asked: Asked, known: Mapping[str, Any], remarks: Mapping[str, st
                 *([f"number = {asked.numbers[name]}"] if name in asked.numbers else []),
                 *([f"length = {_show_size(length)}"] if length is None or not math.isnan(length) else []),
                 *([f"diameter = {_show_size(diameter)}"] if diameter != 0 else []),
+                *([f"corner_radius = {_show_size(asked.corners[name])}"] if name in asked.corners else []),
             ]
             yield Edit(("tools", key), f"{{ {', '.join(sizes)} }}", remarks.get(name, ""))
             continue
@@ -179,7 +181,7 @@ def list_missing(missing: Mapping[str, list[str]]) -> str:
         if what == "tool length":
             texts += [f"the {what}"] if names else []
             continue
-        tools = what in ("length", "diameter")
+        tools = what in ("length", "diameter", "corner_radius")
         whose = f"tool{'s' if len(names) > 1 else ''} " if tools else ""
         texts += [f"the {what} of {whose}{join_names([make_printable(name) for name in names])}"] if names else []
     return ", ".join(texts)

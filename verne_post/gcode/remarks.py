@@ -292,6 +292,36 @@ def find_tool_diameters(source: Text, remarks: Mapping[str, str]) -> dict[str, f
     return {} if not found or _INCHES.search(source[:]) else found
 
 
+#: A corner radius in a remark: ``CR=4.``; ``R=2`` or ``R2`` of a bull nose. Other R may be half the diameter.
+_CORNER: Final = re.compile(
+    r"(?<![\w.])(?:CR|CORNER[\s_-]?RAD(?:IUS)?)\s*+(?:[=:]\s*+)?(\d++(?:\.\d*+)?|\.\d++)(?![\w/]|,\d)", re.IGNORECASE
+)
+_RADIUS: Final = re.compile(r"(?<![\w.])R\s*+(?:[=:]\s*+)?(\d++(?:\.\d*+)?|\.\d++)(?![\w/]|,\d)", re.IGNORECASE)
+#: Kinds of cutters with a ball or a rounded edge below. A ball with another word behind it may be something else.
+_BALL: Final = re.compile(
+    r"(?<![A-Z])(?:BALL(?![\s_-]*(?!NOSE|END|MILL|CUTTER|DIA)[A-Z]{3})|KUGEL(?=FR|KOPF))", re.IGNORECASE
+)
+_BULL: Final = re.compile(r"(?<![A-Z])(?:BULL|TORUS|TOROID)", re.IGNORECASE)
+#: A cutter of such a kind has another end than a cylinder with a rounded edge.
+_OTHER_END: Final = re.compile(
+    r"TAPER|CONIC|KONI|CHAMFER|DRILL|LOLLIPOP|DOVETAIL|FORM|THREAD|(?<![A-Z])TAP(?![A-Z])|RADIUS\s+MILL|ROUNDING|"
+    r"COUNTER|REAM|BARREL|LENS|ENGRAV",
+    re.IGNORECASE,
+)
+
+
+def find_corner_radius(remark: str, diameter: float) -> float:
+    """The corner radius, mm, that a remark about a tool of this diameter names; 0 where none, or another end may be."""
+    remark = _OTHER_TOOL.sub("", remark)
+    if _OTHER_END.search(remark):
+        return 0.0
+    is_ball = _BALL.search(remark) is not None
+    found = {float(number) for number in _CORNER.findall(remark)}
+    found |= {float(number) for number in _RADIUS.findall(remark)} if is_ball or _BULL.search(remark) else set()
+    found |= {0.5 * diameter} if is_ball else set()
+    return found.pop() if len(found) == 1 and max(found) <= 0.5 * diameter else 0.0
+
+
 def _list_diameters(remark: str, tool: str) -> set[float]:
     """Every number, mm, that a remark about a tool gives as a diameter."""
     names = " ".join(re.findall(r'"[^"]*"', remark))

@@ -99,6 +99,8 @@ class Tool:
         Where the set-up of the one program gives the tool; empty for those of other tables.
     row : str
         File and line of the table that gives the tool; empty for others.
+    corner_radius : float
+        mm, of the lower edge of the cutter; half the diameter makes a ball.
 
     Raises
     ------
@@ -113,6 +115,7 @@ class Tool:
     unmeasured: str = ""
     key: str = field(default="", compare=False)
     row: str = field(default="", compare=False)
+    corner_radius: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a length in place of the offsets here, where it is written, and not where the tool is used."""

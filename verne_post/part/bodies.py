@@ -19,7 +19,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import BRACKET_STEPS, LIMIT_SLACK_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import make_input_error
-from verne_post.model.part_setup import Cylinder, ToolShape
+from verne_post.model.part_setup import Cylinder, Tool, ToolShape
 
 #: A cutter may be thinner or thicker than the tool table says by this, mm: wear, and sizes as measured.
 DIAMETER_SLACK_MM: Final = 0.2
@@ -168,15 +168,15 @@ def _find_radius(piece: Piece, height: float) -> float:
     return low
 
 
-def check_tool(name: str, shape: ToolShape, length: float, diameter: float, place: str = "") -> None:
+def check_tool(name: str, shape: ToolShape, length: float, table: Tool | None) -> None:
     """Refuse a tool whose parts are longer than it is, or whose cutter is another one than the tool table has.
 
     Parameters
     ----------
-    length, diameter : float
-        Of the tool table or as the program has them, mm; diameter 0: not known.
-    place : str
-        Where the set-up gives the diameter; empty where the tool table does.
+    length : float
+        Of the tool table or as the program has it, mm.
+    table : Tool or None
+        The tool in the tool table or the set-up; diameter 0: not known.
 
     Raises
     ------
@@ -187,14 +187,23 @@ def check_tool(name: str, shape: ToolShape, length: float, diameter: float, plac
     if parts > length + LIMIT_SLACK_MM:
         text = f"{name}: its parts among the tool shapes are {parts:g} mm long, but its length is {length:g}"
         raise make_input_error("VP018", text)
-    if shape and diameter > 0:
+    if not shape or table is None:
+        return
+    place = f"{table.key} of the set-up" if table.key else "the tool table"
+    if table.diameter > 0:
         sizes = [shape[0].diameter, shape[0].widest]
-        if min(abs(size - diameter) for size in sizes) > DIAMETER_SLACK_MM:
+        if min(abs(size - table.diameter) for size in sizes) > DIAMETER_SLACK_MM:
             text = (
                 f"{name}: its cutter among the tool shapes is {sizes[0]:g} mm thick, but its diameter in "
-                f"{place or 'the tool table'} is {diameter:g}"
+                f"{place} is {table.diameter:g}"
             )
             raise make_input_error("VP018", text)
+    if table.corner_radius and abs(shape[0].corner_radius - table.corner_radius) > DIAMETER_SLACK_MM:
+        text = (
+            f"{name}: the corner_radius of its cutter among the tool shapes is {shape[0].corner_radius:g} mm, but in "
+            f"{place} it is {table.corner_radius:g}"
+        )
+        raise make_input_error("VP018", text)
 
 
 def _build_part(one: Cylinder, low: float, high: float) -> list[Piece]:

@@ -64,6 +64,7 @@ class Tool(Struct, frozen=True, eq=False):
     cutter: tuple[Piece, ...]
     others: Mapping[str, tuple[Piece, ...]]
     is_line: bool = False  #: No diameter is given: the cutter is a thin line.
+    flat_radius: float = 0.0  #: mm, of a cutter of which a diameter alone is given; 0 for others.
 
     def list_bodies(self, *, with_cutter: bool) -> Iterator[tuple[str, tuple[Piece, ...]]]:
         """What has to keep out of the stock."""

@@ -318,8 +318,7 @@ def build_moving(machine: Machine, path: ToolPath, moves: Moves, options: Option
             describe_tool_number(int(one), moves.name_tools()),
             shape,
             in_force if np.isnan(by_itself) else by_itself,
-            0.0 if table is None else table.diameter,
-            "" if table is None or not table.key else f"{table.key} of the set-up",
+            table,
         )
     return Moving(shapes, lengths, index, machine)
 
@@ -378,11 +377,13 @@ def place_body(
 
 
 def _shape_of(number: int, options: Options) -> ToolShape:
-    """The shape of a tool: the given one, a cylinder of the tool table's diameter, or nothing known."""
+    """The shape of a tool: the given one, a cutter of the tool table's diameter and corner, or nothing known."""
     if number in options.tool_shapes:
         return options.tool_shapes[number]
     tool = (options.tools or {}).get(number)
-    return (Cylinder("cutter", tool.diameter),) if tool is not None and tool.diameter > 0 else ()
+    if tool is None or not tool.diameter > 0:
+        return ()
+    return (Cylinder("cutter", tool.diameter, corner_radius=tool.corner_radius),)
 
 
 def find_length_by_itself(number: int, options: Options) -> float:
