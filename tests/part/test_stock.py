@@ -632,8 +632,8 @@ def test_a_ball_is_no_flat_cutter(corner: float, z: str, told: list[bool]) -> No
         ((-40, -20, 60), (40, 20, 80), None, -2, None),  # the same place, read from the table
         ((-40, -20, -20), (40, 20, 0), 1, 0.5, None),  # it scratches the top
         ((-40, 3, 60), (40, 20, 80), None, -2, None),  # its side cuts, the tip passes at 3 mm
-        ((-40, -20, 0), (40, 20, 30), None, -2, "is 44.0 mm or more away from it; correct G54 or [stock]"),
-        ((-40, -20, -20), (40, 20, 0), None, -2, 'write system = "G54" under [stock] if its numbers are those of'),
+        ((-40, -20, 0), (40, 20, 30), None, -2, "is 44.0 mm or more away from it; correct G54 or stock"),
+        ((-40, -20, -20), (40, 20, 0), None, -2, 'write system = "G54" in stock if its numbers are those of'),
         ((60, -20, -20), (80, 20, 0), 1, -2, "the nearest, of line 7, is 46.0 mm or more away from it"),
     ],
 )
