@@ -32,4 +32,4 @@ def is_executed(language, word):
 
 def test_explain_tells_the_languages_apart():
     said = {line.partition(":")[0]: "start of the program" in line for line in describe_word("G99")}
-    assert said == {"RS274/NGC": True, "Fanuc": False}
+    assert said == {"RS274/NGC": True, "Fanuc": False, "Siemens": False}
