@@ -19,7 +19,8 @@ HEAD = "G21 G90 G94 G17\n{}\nG0 X0 Y0 Z60 A0 C0\nG1 X10 Z50 F600\n{}M2\n"
         ("T2\nS900 M3", "M6\n", None),  # loaded later: another tool may be in the spindle at first
         ("M61 Q2\nT3\nS900 M3", "", None),
         ("T0\nS900 M3", "", None),
-        ("T2\nM101\nS900 M3", "", None),  # a code of the builder may load it
+        ("T2\nM101\nS900 M3", "", None),  # a code of the builder loads it
+        ("T2\nM102\nS900 M3", "", 2),
         ("S900 M3", "", None),
     ],
 )
@@ -28,12 +29,15 @@ def test_a_tool_that_is_only_selected(
 ) -> None:
     path, settings = tmp_path / "p.ngc", tmp_path / "s.toml"
     path.write_text(HEAD.format(begin, more))
-    settings.write_text('[remap]\nM101 = "event"\n')
+    settings.write_text('[remap]\nM101 = "M6"\nM102 = "event"\n')
     answer = run("check", path, *PLACE, "--split-at-stops", "--settings", settings)
     assert answer.code == 0, answer.out
     assert answer.out.count("VP041") == (line is not None)
     if line is not None:
-        assert f"p.ngc:{line}: VP041 warning: T2 only selects the tool, and no M6 loads it: line 5 cuts" in answer.out
+        cut = 4 + begin.count("\n")
+        assert (
+            f"p.ngc:{line}: VP041 warning: T2 only selects the tool, and no M6 loads it: line {cut} cuts" in answer.out
+        )
 
 
 @pytest.mark.parametrize(
