@@ -580,6 +580,25 @@ def test_moves_are_those_that_the_command_prints(part: Path, run: Callable[..., 
         vp.read_moves("G21 G90\nG0 X1 X2\nM2\n")
 
 
+def test_an_error_of_a_program_names_its_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the file where one was given, in another process too; a called file stands after the line of its call."""
+    monkeypatch.chdir(tmp_path)
+    Path("err.nc").write_text("G21 G90\nG0 X0\nG1 X\nM2\n", "utf-8")
+    Path("main.nc").write_text("G21 G90\nM98 P1000\nM30\n", "utf-8")
+    Path("O1000.nc").write_text("O1000\nG1 X\nM99\n", "utf-8")
+    for source, place in (
+        (Path("err.nc"), "err.nc, line 3"),
+        (Path("err.nc").resolve(), "err.nc, line 3"),
+        (Path("err.nc").read_text("utf-8"), "line 3"),
+        (Path("main.nc"), "main.nc, line 2: O1000.nc, line 2"),
+    ):
+        for read in (vp.read_moves, vp.fit, lambda one: vp.verify(b"", source=one)):
+            with pytest.raises(vp.InputError) as caught:
+                read(source)
+            for error in (caught.value, pickle.loads(pickle.dumps(caught.value))):
+                assert str(error) == f"{place}: X needs a number, found the end of the line"
+
+
 def test_bad_programs_are_results() -> None:
     for source, verdict in (
         ("G1 X", "refused: unusable program"),
