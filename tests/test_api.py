@@ -499,6 +499,7 @@ def test_a_program_of_one_line_is_no_name_of_a_file(text: str) -> None:
         (lambda: vp.load_machine(b""), "machine"),  # type: ignore[arg-type]
         (lambda: vp.read_moves(5), "source"),  # type: ignore[arg-type]
         (lambda: vp.load_machine().changed({1: 2}), "values"),  # type: ignore[dict-item]
+        (lambda: vp.load_machine().changed(rho_jerk=1), "rho_jerk"),
         (lambda: dataclasses.replace(vp.load_machine(), cycle=0.004).changed({}), "machine"),
         (lambda: vp.verify(3, SHORT, "verne"), "setpoints"),  # type: ignore[arg-type]
         (lambda: vp.work_offsets(G60=(1, 2, 3)), "wcs"),
@@ -549,13 +550,30 @@ def test_a_changed_machine_is_validated_and_has_another_hash() -> None:
     assert (back.sha256, back.provenance) == (machine.sha256, machine.provenance)
     assert "jerk of a: " in machine.changed({"limits.a_jerk": None}).unlimited
     for key, value, said in (
-        ("limits.a_jrk", 1, "did you mean a_jerk?"),
+        ("limits.a_jrk", 1, "did you mean limits.a_jerk?"),
+        ("rho_jerk", 1, "rho_jerk is not a key of this machine file; did you mean limits.rho_jerk?"),
+        ("a_velocity", 1, "did you mean limits.a_velocity?"),
+        ("cycle_s", 0.002, "did you mean control.cycle_s?"),
+        ("joints.a.jerk", 1, "did you mean limits.a_jerk?"),
+        ("limits.rho_travel", 1, "the keys of limits are a_deg, c_deg, "),
+        ("foo", 1, "its keys and tables are schema, name, kind, "),
+        ("drives.rho1.unt", 1, "did you mean unit?"),  # a table that the file may have, and does not
+        ("limits", {"rho_jerk": 1}, 'machine.changed({"limits.rho_jerk": 1}) changes one key'),
+        ("vibration", {"shaper": "zv"}, "vibration.modes is missing"),  # of a table that the file has not
         ("limits.a_jerk", -1, "limits.a_jerk = -1: expected a number: above 0"),
         ("name.first", "x", "name.first: name is no table"),
         ("as_built.file", "other.toml", "'other.toml' is not the file that was loaded"),
     ):
-        with pytest.raises(vp.InputError, match=re.escape(said)):
+        with pytest.raises(vp.InputError, match=re.escape(said)) as caught:
             machine.changed({key: value})
+        assert len(caught.value.findings) == 1
+    chain = vp.load_machine("ac_trunnion")
+    for keys, said in (
+        (("limits.x_jerk", "limits.y_jerk"), "mean joints.x.jerk?; .* mean joints.y.jerk?"),
+        (("limits.jerk",), "there are joints.x.jerk, joints.y.jerk, joints.z.jerk, joints.a.jerk, joints.c.jerk$"),
+    ):
+        with pytest.raises(vp.InputError, match=said.replace("?", "[?]")):
+            chain.changed(dict.fromkeys(keys, 1))
 
 
 def test_replaced_numbers_give_a_machine_another_hash() -> None:
@@ -578,6 +596,25 @@ def test_moves_are_those_that_the_command_prints(part: Path, run: Callable[..., 
     assert repr(moves) == "3 moves and events: 1 rapid, 1 feed, 1 end; 0 findings"
     with pytest.raises(vp.InputError, match="X appears twice in the block"):
         vp.read_moves("G21 G90\nG0 X1 X2\nM2\n")
+
+
+def test_an_error_of_a_program_names_its_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the file where one was given, in another process too; a called file stands after the line of its call."""
+    monkeypatch.chdir(tmp_path)
+    Path("err.nc").write_text("G21 G90\nG0 X0\nG1 X\nM2\n", "utf-8")
+    Path("main.nc").write_text("G21 G90\nM98 P1000\nM30\n", "utf-8")
+    Path("O1000.nc").write_text("O1000\nG1 X\nM99\n", "utf-8")
+    for source, place in (
+        (Path("err.nc"), "err.nc, line 3"),
+        (Path("err.nc").resolve(), "err.nc, line 3"),
+        (Path("err.nc").read_text("utf-8"), "line 3"),
+        (Path("main.nc"), "main.nc, line 2: O1000.nc, line 2"),
+    ):
+        for read in (vp.read_moves, vp.fit, lambda one: vp.verify(b"", source=one)):
+            with pytest.raises(vp.InputError) as caught:
+                read(source)
+            for error in (caught.value, pickle.loads(pickle.dumps(caught.value))):
+                assert str(error) == f"{place}: X needs a number, found the end of the line"
 
 
 def test_bad_programs_are_results() -> None:

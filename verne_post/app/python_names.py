@@ -14,9 +14,10 @@ from typing import Any, Final, ParamSpec, TypeVar, get_args
 
 from msgspec import structs
 
+from verne_post.base.printable import escape_unprinted
 from verne_post.base.suggestions import find_meant
 from verne_post.base.type_words import list_alternatives
-from verne_post.config.finding_places import place_in_files
+from verne_post.config.finding_places import place_in_files, show_near
 from verne_post.config.settings import Settings
 from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
@@ -142,7 +143,8 @@ _T = TypeVar("_T")
 
 def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
     """Let a function of the Python API name options as Python has them, in what it returns and raises."""
-    takes = inspect.signature(function).parameters
+    signature = inspect.signature(function)
+    takes = signature.parameters
 
     @wraps(function)
     def call(*arguments: _P.args, **named: _P.kwargs) -> _T:
@@ -161,7 +163,9 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
         except InputError as error:
             found = [_name_within(place_in_files(item, files)) for item in error.findings]
             error = type(error)(*found)
-            error.args = ("; ".join(item.placed_message for item in found),)
+            source = signature.bind(*arguments, **named).arguments.get("source")
+            program = escape_unprinted(show_near(os.fspath(source))) if isinstance(source, os.PathLike) else ""
+            error.args = ("; ".join(item.place_message(program) for item in found),)
             raise error from None
 
     return call

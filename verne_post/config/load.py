@@ -4,7 +4,8 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,7 @@ from msgspec.structs import asdict
 from verne_post.base.arrays import Array
 from verne_post.base.file_kinds import describe_kind
 from verne_post.base.printable import escape_unprinted
-from verne_post.base.suggestions import find_suggestion, suggest
+from verne_post.base.suggestions import find_meant, find_suggestion, suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.beside import find_file_beside
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
@@ -32,7 +33,7 @@ from verne_post.config.schema import (
     TolerancesFile,
     describe_limits_table,
 )
-from verne_post.config.sentences import Table, WrongTableError, check_table
+from verne_post.config.sentences import Table, WrongTableError, check_table, list_all_keys
 from verne_post.config.toml_text import read_toml
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
@@ -141,12 +142,109 @@ def _rebuild_machine(
 
     told = json.loads(json.dumps(changed, default=str), parse_int=float)  # 5000 is 5000.0
     hashed = raw + json.dumps(told, sort_keys=True).encode() if changed else raw
-    machine = _build_reachable(data, hashed, file_name, read)
+    try:
+        machine = _build_reachable(data, hashed, file_name, read)
+    except InputError as error:
+        raise InputError(*_name_whole_keys(error.findings, read_toml(raw), changed, file_name)) from None
     provenance = machine.provenance
     if changed:
         said = (f"{key} = {'absent' if value is None else value}" for key, value in sorted(changed.items()))
         provenance = {**provenance, "changed": ", ".join(said)}
     return replace(machine, provenance=provenance, rebuild=partial(_rebuild_machine, raw, file_name, files, changed))
+
+
+#: A mistake about the name of a key: its place, and what is said of it.
+_WRONG_KEY: Final = re.compile(r"(\S++) is (missing|not a key of .*)")
+#: So many keys are named where each may be meant.
+_MOST_MEANT: Final = 6
+
+
+def _name_whole_keys(
+    findings: Iterable[Finding], data: dict[str, Any], changed: Mapping[str, Any], file_name: str
+) -> Iterator[Finding]:
+    """Findings about changed keys, with the whole key that is meant, and one for a table that lacks keys.
+
+    ``data`` is the file as it was.
+    """
+    known = dict.fromkeys(_list_known_keys(data))
+    told: dict[str, None] = {}
+    for item in findings:
+        found = _WRONG_KEY.fullmatch(item.message.removeprefix(f"{file_name}: "))
+        texts: dict[str, str] = {}
+        if found and found[2] == "missing":
+            texts = {
+                key: _describe_lacking_table(key, value, found[1])
+                for key, value in changed.items()
+                if isinstance(value, dict) and _is_in(found[1], key) and _has_table(data, key)
+            }
+        elif found:
+            meant = {key: _name_meant_key(key, known) for key in changed if _is_in(key, found[1]) and key not in known}
+            texts = {key: f"{key} is not a key of this machine file; {text}" for key, text in meant.items() if text}
+        if not texts:
+            yield item
+        yield from (replace(item, message=f"{file_name}: {text}") for key, text in texts.items() if key not in told)
+        told.update(dict.fromkeys(texts))
+
+
+def _is_in(key: str, table: str) -> bool:
+    return f"{key}.".startswith(f"{table}.")
+
+
+def _has_table(data: dict[str, Any], key: str) -> bool:
+    found: Any = data
+    for name in key.split("."):
+        found = found.get(name) if isinstance(found, dict) else None
+    return isinstance(found, dict)
+
+
+def _describe_lacking_table(key: str, value: Any, place: str) -> str:
+    text = f"{key}: this table replaces the whole one of the file, and lacks {place.removeprefix(f'{key}.')}"
+    while isinstance(value, dict) and value:
+        inner, value = next(iter(value.items()))
+        key += f".{inner}"
+    return text if isinstance(value, dict) else f'{text}; machine.changed({{"{key}": {value!r}}}) changes one key'
+
+
+def _name_meant_key(key: str, known: Iterable[str]) -> str:
+    """Which key is meant: one with all words of the last part of ``key``; else the keys of its table.
+
+    Empty where the table is one that the file could have.
+    """
+    table, _point, last = key.rpartition(".")
+    near = find_meant(last, dict.fromkeys(one.rpartition(".")[2] for one in known), slip_alone=True)
+    for word in filter(None, (last, near)):
+        words = _split_words(f"{table}.{word}")
+        shared = {
+            one: len(words & _split_words(one))
+            for one in known
+            if _split_words(word) <= _split_words(one) and not _is_in(one, "provenance")
+        }
+        meant = [one for one, count in shared.items() if count == max(shared.values())]
+        if len(meant) == 1:
+            return f"did you mean {meant[0]}?"
+        if 0 < len(meant) <= _MOST_MEANT:
+            return f"there are {', '.join(meant)}"
+    if of_table := [one.removeprefix(f"{table}.") for one in known if one.startswith(f"{table}.")]:
+        return f"the keys of {table} are {', '.join(of_table)}"
+    tables = dict.fromkeys(one.split(".")[0] for one in known)
+    return "" if table.split(".")[0] in tables else f"its keys and tables are {', '.join(tables)}"
+
+
+def _split_words(key: str) -> set[str]:
+    return set(re.split(r"[._]", key.lower()))
+
+
+def _list_known_keys(data: dict[str, Any]) -> Iterator[str]:
+    if data.get("schema") == 2:
+        from verne_post.config.chain import ChainMachineFile  # the default machine has another schema
+
+        yield from list_all_keys(ChainMachineFile, data)
+        return
+    kind = KINDS[data["kind"]]
+    parts = {"module": kind.schema, "limits": describe_limits_table(kind.group, kind.rods), "rods": kind.bodies}
+    yield from list_all_keys(MachineFile, {key: value for key, value in data.items() if key not in parts})
+    for name, schema in parts.items():
+        yield from (f"{name}.{key}" for key in (list_all_keys(schema, {}) if schema else ()))
 
 
 def _put_value(data: dict[str, Any], key: str, value: Any, file_name: str) -> bool:

@@ -93,6 +93,26 @@ def check_table(
     raise WrongTableError([f"{key}{text}" if key else text.removeprefix(": ") for key, text in texts]) from None
 
 
+def list_all_keys(schema: type[Table], data: Mapping[str, Any]) -> Iterator[str]:
+    """The keys that a table may have, and those of its tables, as ``joints.x.jerk``; ``data`` has which joints."""
+    for field in fields(schema):
+        yield from _list_keys_within(field.type, data.get(field.encode_name), field.encode_name)
+
+
+def _list_keys_within(kind: Any, value: Any, name: str) -> Iterator[str]:
+    given = value if isinstance(value, dict) else {}
+    for one in list_alternatives(kind):
+        base = strip_bounds(one)[0]
+        if isinstance(base, type) and issubclass(base, Table):
+            yield from (f"{name}.{key}" for key in list_all_keys(base, given))
+        elif get_origin(base) is dict:
+            yield from () if given else (name,)
+            for key, inner in given.items():
+                yield from _list_keys_within(get_args(base)[-1], inner, f"{name}.{key}")
+        elif one is not type(None):
+            yield name
+
+
 def _name_place(place: tuple[int | str, ...]) -> str:
     """``wcs.G54, value 3``: people count the values of a list from 1."""
     parts = (f", value {part + 1}" if isinstance(part, int) else f".{part}" for part in place)

@@ -218,6 +218,12 @@ class Finding:
         line = "" if self.file_line is None else f", line {self.file_line}"
         return self.full_message if self.file is None or self.called else f"{self.file}{line}: {self.message}"
 
+    def place_message(self, program: str) -> str:
+        """The message, after its file and line; ``program`` is the file of the program, empty for a text."""
+        if self.line is None or (self.file is not None and self.called is None):
+            return self.placed_message
+        return f"{program}{', ' if program else ''}line {self.line}: {self.full_message}"
+
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))
 
@@ -346,7 +352,7 @@ class InputError(Exception):
         self.findings = findings
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (type(self), self.findings, vars(self))
+        return (type(self), self.findings, {**vars(self), "args": self.args})
 
 
 def make_input_error(code: str, message: str, **where: object) -> InputError:

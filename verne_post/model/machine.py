@@ -243,7 +243,7 @@ class Machine:
         replaced = "numbers replaced in Python" if self._compute_hash() != self.file_numbers else ""
         return ", ".join(filter(None, (self.provenance.get("changed"), replaced)))
 
-    def changed(self, values: Mapping[str, object]) -> "Machine":
+    def changed(self, values: Mapping[str, object] | None = None, **keywords: object) -> "Machine":
         """The same machine with other values for keys of its file, validated as it is; ``sha256`` is another one.
 
         Parameters
@@ -251,6 +251,8 @@ class Machine:
         values : mapping
             Key -> value, in the units of the file: ``{"limits.a_jerk": 5000.0}``, of schema 2
             ``{"joints.a.jerk": 5000.0}``. None takes the key out.
+        **keywords
+            Keys have points, so they are no keywords: an error says so.
 
         Raises
         ------
@@ -267,8 +269,9 @@ class Machine:
         >>> slower.scale_limits().jerk.tolist(), slower.provenance["changed"]
         ([100000.0, 100000.0, 100000.0, 5000.0, 20000.0], 'limits.a_jerk = 5000.0')
         """
-        if not isinstance(values, Mapping) or not all(isinstance(key, str) for key in values):
-            raise UsageError("values", 'expected keys of the machine file, as {"limits.a_jerk": 5000.0}')
+        if keywords or not isinstance(values, Mapping) or not all(isinstance(key, str) for key in values):
+            text = 'expected keys of the machine file in a mapping, as machine.changed({"limits.a_jerk": 5000.0})'
+            raise UsageError(next(iter(keywords), "values"), text)
         if self.rebuild is None or self._compute_hash() != self.file_numbers:
             text = "this machine is not that of its file: dataclasses.replace has changed it; begin with load_machine"
             raise UsageError("machine", text)
