@@ -72,6 +72,25 @@ def test_ignored_warnings_are_not_called_refused(warned: tuple[Any, ...], run: C
     assert "Not counted: 1 finding ignored.\n" in answer.out
 
 
+@pytest.mark.parametrize("name", ["text", "markdown", "github", "junit", "sarif"])
+def test_every_format_says_how_many_findings_do_not_count(
+    warned: tuple[Any, ...], run: Callable[..., Any], name: str
+) -> None:
+    """A green check of a host was nothing but ignored warnings."""
+    said = "Not counted: 1 finding ignored"
+    assert said not in run(*warned, "--output-format", name).out
+    assert run(*warned, "--ignore", "VP202", "--output-format", name).out.count(said) == 1
+
+
+def test_json_has_the_numbers_of_findings_that_do_not_count(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    run(*job, "--write-baseline", "known.json")
+    numbers = []
+    for words in (("--ignore", "VP101"), ("--baseline", "known.json")):
+        (told,) = json.loads(run(*job, *words, "--output-format", "json").out)["programs"]
+        numbers.append([told["summary"][key] for key in ("errors", "ignored", "known")])
+    assert numbers == [[0, 2, 0], [0, 0, 2]]
+
+
 def test_severities(warned: tuple[Any, ...], run: Callable[..., Any]) -> None:
     plain = run(*warned)
     assert plain.code == 0

@@ -13,12 +13,11 @@ from urllib.parse import quote
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, make_input_error
 from verne_post.model.verdict import NOT_PLANNED, Severity, is_deniable, may_be_denied
-from verne_post.output.findings import Report
+from verne_post.output.findings import Report, describe_not_counted
 
 #: Codes of errors that are warnings in some cases.
 _ALSO_WARNINGS: Final = ("VP009",)
@@ -76,14 +75,8 @@ def apply_policy(report: Report, policy: Policy) -> Report:
             severity = _choose_severity(item, policy)
             kept.append(dataclasses.replace(item, severity=severity))
         hidden += item.severity == "error" != severity
-    not_counted = [
-        f"{format_count(count, 'finding')} {what}"
-        for count, what in ((ignored, "ignored"), (known, "in the baseline"))
-        if count
-    ]
-    refused = "; convert refuses the errors among them all the same" if hidden else ""
-    remarks = (f"Not counted: {', '.join(not_counted)}{refused}.",) if not_counted else ()
-    return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks), errors_not_counted=hidden)
+    counted = replace(report, findings=tuple(kept), ignored=ignored, known=known, errors_not_counted=hidden)
+    return replace(counted, remarks=(*report.remarks, *describe_not_counted([counted])))
 
 
 def _choose_severity(item: Finding, policy: Policy) -> Severity:
