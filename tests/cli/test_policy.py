@@ -72,6 +72,25 @@ def test_ignored_warnings_are_not_called_refused(warned: tuple[Any, ...], run: C
     assert "Not counted: 1 finding ignored.\n" in answer.out
 
 
+@pytest.mark.parametrize("name", ["text", "markdown", "github", "junit", "sarif"])
+def test_every_format_says_how_many_findings_do_not_count(
+    warned: tuple[Any, ...], run: Callable[..., Any], name: str
+) -> None:
+    """A green check of a host was nothing but ignored warnings."""
+    said = "Not counted: 1 finding ignored"
+    assert said not in run(*warned, "--output-format", name).out
+    assert run(*warned, "--ignore", "VP202", "--output-format", name).out.count(said) == 1
+
+
+def test_json_has_the_numbers_of_findings_that_do_not_count(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    run(*job, "--write-baseline", "known.json")
+    numbers = []
+    for words in (("--ignore", "VP101"), ("--baseline", "known.json")):
+        (told,) = json.loads(run(*job, *words, "--output-format", "json").out)["programs"]
+        numbers.append([told["summary"][key] for key in ("errors", "ignored", "known")])
+    assert numbers == [[0, 2, 0], [0, 0, 2]]
+
+
 def test_severities(warned: tuple[Any, ...], run: Callable[..., Any]) -> None:
     plain = run(*warned)
     assert plain.code == 0
@@ -150,6 +169,39 @@ def test_a_baseline_lets_old_findings_be_and_new_ones_count(job: tuple[Any, ...]
         assert f"known.json: not a baseline that check has written: {why}" in answer.err
 
 
+@pytest.mark.parametrize("written", ["jobs/../jobs/p.nc", "{}/jobs/p.nc"])
+def test_a_baseline_holds_from_every_folder(
+    job: tuple[Any, ...], run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, written: str
+) -> None:
+    """Whichever folder the command is started in, and however the program is written; another p.nc is another one."""
+    root, options = Path.cwd(), (*job[2:], "--limits-only")
+    Path("jobs").mkdir()
+    Path("jobs/p.nc").write_text(BEYOND)
+    Path("verne-post.toml").write_text('[check]\nbaseline = "known.json"\n')
+    Path("none.toml").write_text("")
+    run("check", written.format(root), *options, "--settings", "none.toml", "--write-baseline", "known.json")
+    assert '": "jobs/p.nc:3: VP101' in Path("known.json").read_text()
+    for folder, name, code in (
+        (root / "jobs", "p.nc", 0),
+        (root.parent, f"{root.name}/jobs/p.nc", 0),
+        (root, "p.nc", 1),
+    ):
+        monkeypatch.chdir(folder)
+        assert run("check", name, *options).code == code, (folder, name)
+
+
+def test_a_baseline_of_the_older_layout_has_programs_as_they_were_named(
+    job: tuple[Any, ...], run: Callable[..., Any]
+) -> None:
+    """Standard output is in no folder: its baseline has this layout too."""
+    older = run(*job, "--write-baseline", "-", "--output-file", "found.txt").out
+    assert json.loads(older)["schema"] == 1
+    Path("known.json").write_text(older)
+    assert run(*job, "--baseline", "known.json").code == 0
+    assert run("check", "./p.nc", *job[2:], "--baseline", "known.json").code == 0
+    assert run("check", Path("p.nc").absolute(), *job[2:], "--baseline", "known.json").code == 1
+
+
 def test_what_cannot_be_read_cannot_be_ignored(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
     Path("p.nc").write_text("G21 G90\nG1 X\nM2\n")
     assert run(*job, "--select", "VP3").code == 2
@@ -197,10 +249,10 @@ def test_a_baseline_leaves_out_errors_of_the_text_and_says_so(run: Callable[...,
 
 
 def test_a_baseline_of_another_layout_is_refused(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
-    Path("b.json").write_text('{"schema": 2, "known": []}')
+    Path("b.json").write_text('{"schema": 3, "known": []}')
     answer = run(*job, "--baseline", "b.json")
     assert answer.code == 2
-    assert "its layout is 2, this version reads 1" in answer.err
+    assert "its layout is 3, this version reads 1 and 2" in answer.err
 
 
 @pytest.mark.parametrize(

@@ -207,7 +207,9 @@ def command(
         status = find_exit_status(report.findings, report.fail_level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
-        baseline, known, left_out = format_baseline(everything)
+        baseline, known, left_out = format_baseline(
+            everything, None if is_dash(write_baseline) else write_baseline.parent
+        )
         files.write(write_baseline, "--write-baseline", [baseline])
         if not quiet:
             never = f", without {format_count(left_out, 'error')} that cannot be ignored" if left_out else ""
@@ -334,11 +336,9 @@ def make_policy(
         raise click.UsageError("; ".join(wrong))
     place = "--baseline" if baseline is not None else "settings: check.baseline"
     known = baseline if baseline is not None else Path(file.baseline) if file is not None and file.baseline else None
-    fingerprints = (
-        frozenset()
-        if known is None
-        else read_baseline(decode_text(files.read(known, place), "replace"), show_name(known))
-    )
-    return Policy(codes["select"], codes["ignore"], weights, fingerprints), fail_level or (
-        file.fail_level if file else None
-    ) or "error"
+    policy = Policy(codes["select"], codes["ignore"], weights)
+    if known is not None:
+        text = decode_text(files.read(known, place), "replace")
+        fingerprints, from_folder = read_baseline(text, show_name(known))
+        policy = replace(policy, baseline=fingerprints, folder=known.parent if from_folder else None)
+    return policy, fail_level or (file.fail_level if file else None) or "error"

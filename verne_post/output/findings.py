@@ -43,6 +43,8 @@ class Report(Struct, frozen=True):
     remarks: tuple[str, ...] = ()  #: What a person must compare with the machine.
     unchecked: str = ""  #: Bodies that were not checked for contact; "" also where it could not be read.
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
+    ignored: int = 0  #: Findings that a policy ignores, and does not count.
+    known: int = 0  #: Findings that do not count because a baseline lists them.
     machine: "Machine | None" = None  #: Where it is another one than that of the whole report.
     elapsed_s: float = 0.0  #: How long the check took.
     shown: tuple[Finding, ...] | None = None  #: What the text prints of them, where that is not all; all are counted.
@@ -94,8 +96,22 @@ def describe_unchecked(texts: Sequence[str]) -> list[str]:
 
 
 def list_unchecked(reports: Sequence[Report]) -> list[str]:
-    """What was not checked in the programs of reports, and files that were not checked alone."""
-    return describe_unchecked([report.unchecked for report in reports]) + describe_called(reports)
+    """What was not checked in the programs of reports, files that were not checked alone, and what does not count."""
+    unchecked = describe_unchecked([report.unchecked for report in reports])
+    return unchecked + describe_called(reports) + describe_not_counted(reports)
+
+
+def describe_not_counted(reports: Sequence[Report]) -> list[str]:
+    """One line that says how many findings of reports do not count, and none where all do."""
+    ignored, known = sum(one.ignored for one in reports), sum(one.known for one in reports)
+    counts = [
+        f"{format_count(count, 'finding')} {what}"
+        for count, what in ((ignored, "ignored"), (known, "in the baseline"))
+        if count
+    ]
+    hidden = any(one.errors_not_counted and (one.ignored or one.known) for one in reports)
+    refused = "; convert refuses the errors among them all the same" if hidden else ""
+    return [f"Not counted: {', '.join(counts)}{refused}."] if counts else []
 
 
 def describe_called(reports: Sequence[Report]) -> list[str]:

@@ -1,11 +1,12 @@
 """Which findings count: selected and ignored codes, changed severities, and findings that are known already."""
 
 import dataclasses
+import functools
 import hashlib
 import json
 import os
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
 from typing import Final
 from urllib.parse import quote
@@ -13,12 +14,11 @@ from urllib.parse import quote
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, make_input_error
 from verne_post.model.verdict import NOT_PLANNED, Severity, is_deniable, may_be_denied
-from verne_post.output.findings import Report
+from verne_post.output.findings import Report, describe_not_counted
 
 #: Codes of errors that are warnings in some cases.
 _ALSO_WARNINGS: Final = ("VP009",)
@@ -32,6 +32,7 @@ class Policy(Struct, frozen=True):
     ignore: tuple[str, ...] = ()
     severity: Mapping[str, Severity] = field(default_factory=dict)  #: Code -> severity in place of its own.
     baseline: frozenset[str] = frozenset()  #: Fingerprints of findings that are known and do not count.
+    folder: Path | None = None  #: From which the baseline counts the paths of programs; None: as they are named.
 
 
 def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping[str, str]) -> list[str]:
@@ -63,8 +64,9 @@ def apply_policy(report: Report, policy: Policy) -> Report:
     """Keep the findings that count, with the severity of the policy; a remark says how many do not."""
     counts: Counter[str] = Counter()
     kept, ignored, known, hidden = [], 0, 0, 0
+    find_name = _make_naming(policy.folder)
     for item in report.findings:
-        fingerprint = make_fingerprint(report, item, counts)
+        fingerprint = make_fingerprint(report, item, counts, find_name)
         deniable = may_be_denied(item)
         selected = not policy.select or item.code.startswith(policy.select)
         severity: Severity | None = None
@@ -76,14 +78,8 @@ def apply_policy(report: Report, policy: Policy) -> Report:
             severity = _choose_severity(item, policy)
             kept.append(dataclasses.replace(item, severity=severity))
         hidden += item.severity == "error" != severity
-    not_counted = [
-        f"{format_count(count, 'finding')} {what}"
-        for count, what in ((ignored, "ignored"), (known, "in the baseline"))
-        if count
-    ]
-    refused = "; convert refuses the errors among them all the same" if hidden else ""
-    remarks = (f"Not counted: {', '.join(not_counted)}{refused}.",) if not_counted else ()
-    return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks), errors_not_counted=hidden)
+    counted = replace(report, findings=tuple(kept), ignored=ignored, known=known, errors_not_counted=hidden)
+    return replace(counted, remarks=(*report.remarks, *describe_not_counted([counted])))
 
 
 def _choose_severity(item: Finding, policy: Policy) -> Severity:
@@ -92,7 +88,9 @@ def _choose_severity(item: Finding, policy: Policy) -> Severity:
     return policy.severity[max(matching, key=len)] if matching and may_be_denied(item) else item.severity
 
 
-def make_fingerprint(report: Report, item: Finding, seen: Counter[str]) -> str:
+def make_fingerprint(
+    report: Report, item: Finding, seen: Counter[str], find_name: Callable[[str], str] | None = None
+) -> str:
     """Make a fingerprint from the text of a finding's line: it stays when lines before it are added or removed.
 
     ``seen`` counts the fingerprints of one report, so that the same mistake twice has two of them.
@@ -101,8 +99,9 @@ def make_fingerprint(report: Report, item: Finding, seen: Counter[str]) -> str:
 
     line = take_line(report.source, item.line) if item.line else None
     text = b"".join((line or b"").split())
-    # the program as it was named: its address in results depends on the folder where the command is started
-    name = quote(os.fsencode(PurePath(item.file or report.program).as_posix()))
+    # without another name, the program as it was named: its address in results depends on the current folder
+    program = item.file or report.program
+    name = quote(os.fsencode(PurePath(find_name(program) if find_name else program).as_posix()))
     parts = (name, item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
     seen[key] += 1
@@ -117,26 +116,51 @@ def make_uri(program: str) -> str:
     return path.as_uri() if path.is_absolute() else quote(os.fsencode(path.as_posix()))
 
 
-#: Layout of a baseline.
-_BASELINE_SCHEMA = 1
+#: Layouts of a baseline: the programs as they were named, and their paths from the folder of the baseline.
+_AS_NAMED, _FROM_FOLDER = 1, 2
 
 
-def format_baseline(reports: list[Report]) -> tuple[str, int, int]:
-    """A baseline of all findings that may be ignored, how many they are, and how many errors may not."""
+def _make_naming(folder: Path | None) -> Callable[[str], str]:
+    """What gives a program the path from a folder. Without a folder, and for standard input, its name stays."""
+    if folder is None:
+        return str
+    start = os.path.realpath(folder)
+
+    @functools.cache
+    def find_name(program: str) -> str:
+        if program == "<stdin>":
+            return program
+        path = PurePath(program)
+        whole = os.path.join(os.path.realpath(path.parent), path.name)
+        try:
+            return PurePath(os.path.relpath(whole, start)).as_posix()
+        except ValueError:  # another drive
+            return whole
+
+    return find_name
+
+
+def format_baseline(reports: list[Report], folder: Path | None) -> tuple[str, int, int]:
+    """A baseline of all findings that may be ignored, how many they are, and how many errors may not.
+
+    The folder is that of the baseline; None where it is not known.
+    """
     known, left_out = {}, 0
+    find_name = _make_naming(folder)
     for report in reports:
         counts: Counter[str] = Counter()
         for item in report.findings:
-            fingerprint = make_fingerprint(report, item, counts)
+            fingerprint = make_fingerprint(report, item, counts, find_name)
             left_out += item.severity == "error" and not may_be_denied(item)
             if may_be_denied(item):
-                known[fingerprint] = f"{report.program}:{item.line}: {item.code} {item.axis or ''}".rstrip()
-    text = format_json({"schema": _BASELINE_SCHEMA, "known": dict(sorted(known.items()))}, 2) + "\n"
+                known[fingerprint] = f"{find_name(report.program)}:{item.line}: {item.code} {item.axis or ''}".rstrip()
+    schema = _AS_NAMED if folder is None else _FROM_FOLDER
+    text = format_json({"schema": schema, "known": dict(sorted(known.items()))}, 2) + "\n"
     return text, len(known), left_out
 
 
-def read_baseline(text: str, name: str) -> frozenset[str]:
-    """Fingerprints of a baseline.
+def read_baseline(text: str, name: str) -> tuple[frozenset[str], bool]:
+    """Fingerprints of a baseline, and whether it counts the paths of programs from its folder.
 
     Raises
     ------
@@ -145,9 +169,9 @@ def read_baseline(text: str, name: str) -> frozenset[str]:
     """
     try:
         data = json.loads(text)
-        if data["schema"] != _BASELINE_SCHEMA:
-            raise ValueError(f"its layout is {data['schema']!r}, this version reads {_BASELINE_SCHEMA}")
-        return frozenset(map(str, data["known"]))
+        if data["schema"] not in (_AS_NAMED, _FROM_FOLDER):
+            raise ValueError(f"its layout is {data['schema']!r}, this version reads {_AS_NAMED} and {_FROM_FOLDER}")
+        return frozenset(map(str, data["known"])), data["schema"] == _FROM_FOLDER
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         why = f"its key {error} is missing" if isinstance(error, KeyError) else str(error)
         why = "expected an object with the keys schema and known" if isinstance(error, TypeError) else why
