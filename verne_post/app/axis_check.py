@@ -19,7 +19,7 @@ from verne_post.model.options import Options
 from verne_post.model.protocols import Coordinates
 
 #: So many cuts on either side have axes that agree.
-_BESIDE: Final = 2
+BESIDE: Final = 2
 #: Cosine between an axis and the middle of those beside it: 5 degrees.
 _AGREES: Final = 0.9962
 #: Cosine between axes of cuts in a row: 10 degrees. Steps of finely divided surfaces are smaller.
@@ -61,7 +61,7 @@ def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
     """
     found: Finding | None = None
     for begin, end in iterate_blocks(len(moves), from_move):
-        first = max(begin - 2 * _BESIDE, from_move)
+        first = max(begin - 2 * BESIDE, from_move)
         axis, kind = moves.tool_axis[first:end], moves.kind[first:end]
         for at, component in _find_doubtful(axis, moves.end[first:end, :3], kind):
             found = _report(found, moves.language, int(moves.line[first + at]), component, axis[at, component])
@@ -77,7 +77,7 @@ def check_normals(source: Text, moves: Moves, coordinates: Coordinates, from_mov
     lines = list[str]()
     found: Finding | None = None
     for row in (np.flatnonzero(turns[:-1] & turns[1:]) + 1).tolist():
-        rows = slice(max(row - _BESIDE, from_move), row + _BESIDE + 1)
+        rows = slice(max(row - BESIDE, from_move), row + BESIDE + 1)
         lines = lines or [*decode_lines(source)]
         if not all(_LN.match(lines[line - 1]) for line in moves.line[rows].tolist()):
             continue
@@ -107,22 +107,22 @@ def _report(old: Finding | None, language: str, line: int, component: int, value
 
 def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:
     """Rows of axes (n, 3) that are in doubt, and the component whose sign is; ``tip`` (n, 3) where the moves end."""
-    if len(axis) <= 2 * _BESIDE or not np.isfinite(axis).any():
+    if len(axis) <= 2 * BESIDE or not np.isfinite(axis).any():
         return
-    first, before, own, after, last = _view_beside(axis)
+    first, before, own, after, last = view_beside(axis)
     middle = before + after
     middle = middle / np.maximum(np.linalg.norm(middle, axis=1), np.finfo(float).tiny)[:, None]
     rows = ((first, before, _FOLLOWS), (before, middle, _FOLLOWS), (after, last, _FOLLOWS))
     smooth = np.all([(one * other).sum(axis=1) > least for one, other, least in rows], axis=0)
-    smooth &= _view_beside(kind == MoveKind.FEED).all(axis=0) & ((own * middle).sum(axis=1) < _LEAVES)
+    smooth &= view_beside(kind == MoveKind.FEED).all(axis=0) & ((own * middle).sum(axis=1) < _LEAVES)
     for row in np.flatnonzero(smooth).tolist():
-        at = _BESIDE + row
-        turn, leaves = _find_turns(axis[row : at + _BESIDE + 1], middle[row])
+        at = BESIDE + row
+        turn, leaves = _find_turns(axis[row : at + BESIDE + 1], middle[row])
         agrees = _AGREES if own[row] @ middle[row] < _DIFFERS else np.cos(turn) if leaves else 2.0
         for component in range(3):
             other = own[row] * np.where(np.arange(3) == component, -1.0, 1.0)
             aside = np.abs(tip[[at - 1, at + 1], component] - tip[at, component]).max()
-            is_back = _goes_behind(tip[row : at + _BESIDE + 1], own[row] - other)
+            is_back = _goes_behind(tip[row : at + BESIDE + 1], own[row] - other)
             if not is_back and aside <= _ASIDE and middle[row] @ other > agrees:
                 yield at, component
                 break
@@ -146,14 +146,14 @@ def _find_change(moves: Moves, coordinates: Coordinates, at: int, axis: int) -> 
 
 def _goes_behind(tip: Array, change: Array) -> bool:
     """Whether a tip (5, 3) is alone on one side along the change of its axis, as on the other one of a rib."""
-    aside = (np.delete(tip, _BESIDE, axis=0) - tip[_BESIDE]) @ change
+    aside = (np.delete(tip, BESIDE, axis=0) - tip[BESIDE]) @ change
     least = _BACK * float(np.linalg.norm(change))
     return bool((aside > least).all() or (aside < -least).all())
 
 
-def _view_beside(rows: NDArray[Any]) -> NDArray[Any]:
+def view_beside(rows: NDArray[Any]) -> NDArray[Any]:
     """Of each of the rows (n, ...) that has two on either side: these, and it in the middle, (5, n - 4, ...)."""
-    return np.moveaxis(np.lib.stride_tricks.sliding_window_view(rows, 2 * _BESIDE + 1, axis=0), -1, 0)
+    return np.moveaxis(np.lib.stride_tricks.sliding_window_view(rows, 2 * BESIDE + 1, axis=0), -1, 0)
 
 
 def check_rotary_words(
@@ -166,19 +166,19 @@ def check_rotary_words(
     """
     found, called = dict[tuple[str, str | None], Finding](), moves.called_lines
     for begin, end in iterate_blocks(len(moves), from_move):
-        first = max(begin - 2 * _BESIDE, from_move)
+        first = max(begin - 2 * BESIDE, from_move)
         angles, tip = moves.end[first:end, 3:6], moves.end[first:end, :3]
-        if end - first <= 2 * _BESIDE or not (np.abs(np.diff(angles, axis=0)) > TURN_DEG).any():
+        if end - first <= 2 * BESIDE or not (np.abs(np.diff(angles, axis=0)) > TURN_DEG).any():
             continue
-        one, two, three, four = np.linalg.norm(np.diff(_view_beside(tip), axis=0), axis=2)
+        one, two, three, four = np.linalg.norm(np.diff(view_beside(tip), axis=0), axis=2)
         is_near = np.maximum(two, three) <= np.maximum(_ASIDE, _TIMES_STEP * np.maximum(one, four))
-        start, low, own, high, last = _view_beside(angles)
+        start, low, own, high, last = view_beside(angles)
         away, gap = np.minimum(np.abs(own - low), np.abs(own - high)), np.abs(high - low)
         turned = (away > TURN_DEG) & (gap < 2.0 * _STEP_DEG)
         turned &= (np.abs(low - start) < _STEP_DEG) & (np.abs(last - high) < _STEP_DEG)
         turns_with = np.maximum(np.abs(own - low), np.abs(own - high)) < _STEP_DEG
         is_angle = (moves.kind[first:end] == MoveKind.FEED) & np.isnan(moves.tool_axis[first:end, 0])
-        in_doubt: NDArray[np.bool_] = np.all(list(_view_beside(is_angle)), axis=0)
+        in_doubt: NDArray[np.bool_] = np.all(list(view_beside(is_angle)), axis=0)
         is_alone = (turned | turns_with).all(axis=1) & (turned.sum(axis=1) == 1) & is_near
         half, middle = 0.5 * (high - low), 0.5 * (high + low)
         uneven = np.maximum(np.abs(low - start - half), np.abs(last - high - half))
@@ -192,8 +192,8 @@ def check_rotary_words(
             fits = (off <= _OFF * gap) & (uneven < _UNEVEN[code] * gap)
             fits = np.where(gap < _EVEN_DEG, off < slack, fits)
             for row, axis in np.argwhere(turned & fits & may_be[:, None]).tolist():
-                at = first + _BESIDE + row
-                rows = slice(row, row + 2 * _BESIDE + 1)
+                at = first + BESIDE + row
+                rows = slice(row, row + 2 * BESIDE + 1)
                 if factor < 0.0 and _goes_behind(tip[rows], _find_change(moves, coordinates, at, axis)):
                     continue
                 line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])

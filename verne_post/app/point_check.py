@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.app.axis_check import TURN_DEG
+from verne_post.app.axis_check import BESIDE, TURN_DEG, view_beside
 from verne_post.app.source_text import take_line_of_move
 from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
@@ -18,8 +18,6 @@ from verne_post.model.findings import Finding, Remedy, add_line, make_finding
 from verne_post.model.moves import AXES, MoveKind, Moves
 from verne_post.model.options import Options
 
-#: So many cuts on either side go on evenly.
-_BESIDE: Final = 2
 #: The part of what an axis moves from the cut before to the one after, by which its steps beside them differ, and by
 #: which what is meant is not in the middle.
 _UNEVEN: Final = 0.5
@@ -42,8 +40,8 @@ def check_points(source: Text, moves: Moves, options: Options, from_move: int = 
     """
     found, called = dict[tuple[str, str | None], Finding](), moves.called_lines
     for begin, end in iterate_blocks(len(moves), from_move):
-        first = max(begin - 2 * _BESIDE, from_move)
-        if end - first <= 2 * _BESIDE or not (np.abs(np.diff(moves.end[first:end, :6], axis=0)) > _LEAST).any():
+        first = max(begin - 2 * BESIDE, from_move)
+        if end - first <= 2 * BESIDE or not (np.abs(np.diff(moves.end[first:end, :6], axis=0)) > _LEAST).any():
             continue
         for row, axes, factor, code in _find_doubtful(moves, slice(first, end)):
             at = first + row
@@ -59,8 +57,8 @@ def _find_doubtful(moves: Moves, block: slice) -> Iterator[tuple[int, tuple[int,
     """Rows of a block that are in doubt, the axes whose words are, by what the number is wrong, and the code."""
     is_cut = moves.kind[block] == MoveKind.FEED
     points = moves.end[block, :6]
-    start, low, own, high, last = np.lib.stride_tricks.sliding_window_view(points, 5, axis=0).transpose(2, 0, 1)
-    all_cuts = np.lib.stride_tricks.sliding_window_view(is_cut, 5).all(axis=1)
+    start, low, own, high, last = view_beside(points)
+    all_cuts = view_beside(is_cut).all(axis=0)
     gap, middle = high - low, 0.5 * (low + high)
     step = np.maximum(np.abs(low - start), np.abs(last - high))
     away = np.maximum(np.minimum(low, high) - own, own - np.maximum(low, high))
@@ -76,7 +74,7 @@ def _find_doubtful(moves: Moves, block: slice) -> Iterator[tuple[int, tuple[int,
     keeps = (np.abs(own - middle) <= np.abs(half) + step) & (uneven <= np.maximum(_UNEVEN * widest, _LEAST))
     for k, row in enumerate(rows.tolist()):
         axes = tuple(np.flatnonzero(leaves[k]).tolist())
-        at, is_free = row + _BESIDE, bool(np.isfinite(moves.tool_axis[block.start + row + _BESIDE, 0]))
+        at, is_free = row + BESIDE, bool(np.isfinite(moves.tool_axis[block.start + row + BESIDE, 0]))
         follows = goes_on[k] | (stands[k] & (widest[k] > 0.0))
         if len(axes) > 2 or not (follows[list(axes)].all() and np.delete(keeps[k], axes).all()):
             continue
