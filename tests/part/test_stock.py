@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import verne_post as vp
-from verne_post.app.stock_check import report_touches
+from verne_post.app.stock_check import WIRE, report_touches
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder, Tool
@@ -341,15 +342,21 @@ def test_a_mesh_inside_another_is_material_once_and_a_turned_one_is_refused() ->
 # --- touches --------------------------------------------------------------------------------------
 
 
-def run(moves: list[tuple[str, float, float, float]], *shape: Cylinder, stock: Dexels | None = None) -> Cut:
-    """Moves (word, x, y, z) of one tool from far above; line k + 1 is move k."""
+def run(
+    moves: list[tuple[str, float, float, float]],
+    *shape: Cylinder,
+    stock: Dexels | None = None,
+    tilt: float = 0.0,
+    is_line: bool = False,
+) -> Cut:
+    """Moves (word, x, y, z) of one tool from far above, which leans towards +x; line k + 1 is move k."""
     at = np.array([(*moves[0][1:3], 60.0), *(move[1:] for move in moves)], dtype=float)
     n = len(moves)
     rapid = np.array([move[0] == "G0" for move in moves])
-    spans = Spans(
-        np.stack([at[:-1], at[1:]], axis=1), np.tile(UP, (n, 2, 1)), np.arange(1, n + 1), np.zeros(n, dtype=int), rapid
-    )
-    return cut_stock(stock or box(60, 40, 20), spans, [group_pieces(build_pieces(shape, 60.0, joined=False))])
+    axes = np.tile([np.sin(tilt), 0.0, np.cos(tilt)], (n, 2, 1))
+    spans = Spans(np.stack([at[:-1], at[1:]], axis=1), axes, np.arange(1, n + 1), np.zeros(n, dtype=int), rapid)
+    tool = replace(group_pieces(build_pieces(shape, 60.0, joined=False)), is_line=is_line)
+    return cut_stock(stock or box(60, 40, 20), spans, [tool])
 
 
 HOLDER = Cylinder("holder", 40.0)
@@ -384,6 +391,27 @@ def test_a_rapid_is_checked_against_the_stock_as_it_is_then(
     whole = stock.measure_volume()
     by_line = run([*slot, *moves], LONG, HOLDER, stock=stock).sum_by(np.arange(1, len(result.volume) + 1))
     assert sum(by_line.values()) == pytest.approx(whole - stock.measure_volume(), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("moves", "tilt", "expected"),
+    [
+        ([("G0", 30, 10, 5)], 0, [(1, "in it")]),  # nothing was cut before
+        ([("G1", 30, 30, 21), ("G0", 30, 10, 14)], 0, [(2, "in it")]),  # nor by a cut in the air
+        ([("G1", 30, 30, 14), ("G0", 30, 30, 40), ("G0", 30, 10, 40), ("G0", 30, 10, 14)], 0, [(4, "open")]),
+        ([("G1", 30, 30, 14), ("G0", 30, 30, 40), ("G0", 30, 10, 40), ("G0", 30, 10, 13)], 0, [(4, "in it")]),
+        # out of its cut along z, and out of a plunge along its axis
+        ([("G1", -10, 10, 14), ("G1", 30, 10, 14), ("G1", 30, 12, 14), ("G0", 30, 12, 60)], 0.2, [(4, "open")]),
+        ([("G1", 30, 10, 14), ("G0", 30 + 46 * np.tan(0.2), 10, 60)], 0.2, []),
+    ],
+)  # fmt: skip
+def test_what_a_cutter_of_unknown_diameter_has_cut_is_open_above_its_tip(
+    moves: list[tuple[str, float, float, float]], tilt: float, expected: list[tuple[int, str]]
+) -> None:
+    """As a thin line it leaves a groove: a retract along z was said to be in the stock, however wide the cutter is."""
+    result = run(moves, WIRE, tilt=tilt, is_line=True)
+    assert [(line, state) for line, _body, state in found(result)] == expected
+    assert all(one.by_line == (one.depth != one.depth) for one in result.touches)
 
 
 def test_a_second_rapid_through_the_same_place_is_clear() -> None:

@@ -11,19 +11,28 @@ from verne_post.app.assemble import Program
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import iterate_blocks
+from verne_post.base.printable import join_names, quote_key
 from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.stopping import check_wanted
+from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.kinematics.checks.clearance import find_straight
-from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_moving
+from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_moving, find_shape
 from verne_post.kinematics.checks.moving import Moving, build_spindle
 from verne_post.kinematics.checks.separation import measure_cylinder_to_box
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import MoveKind
-from verne_post.model.part_setup import TOOL_PARTS, WORK_SYSTEMS, Cylinder, ToolShape, name_system
+from verne_post.model.moves import MoveKind, find_tool_of_moves
+from verne_post.model.part_setup import (
+    TOOL_PARTS,
+    WORK_SYSTEMS,
+    Cylinder,
+    ToolShape,
+    describe_tool_number,
+    name_system,
+)
 from verne_post.model.protocols import TableCoordinates, turn_from_setup, turn_to_setup
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import Family, find_family
@@ -120,8 +129,36 @@ def settle_stock(
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     coordinates, cell = program.machine.coordinates, float(stock.cell.max())
     place = program.path.called_lines.place
-    settled = map(place, report_touches(coordinates, cut, spans, tools, box.name, box.distance, cell))
-    return [*begun, *(item for item in found if item not in open_), *settled]
+    settled = [*report_touches(coordinates, cut, spans, tools, box.name, box.distance, cell)]
+    settled += _report_lines(program, cut, box.name)
+    return [*begun, *(item for item in found if item not in open_), *map(place, settled)]
+
+
+def _report_lines(program: Program, cut: Cut, name: str) -> list[Finding]:
+    """VP216, undecided, where a rapid meets what a cutter of unknown diameter, here a thin line, may have cut."""
+    at = [one.line for one in cut.touches if one.by_line]
+    numbers = set[int]()
+    for one in (program, program.skipped) if at else ():
+        if one is not None:
+            moved = find_tool_of_moves(one.path.move_reached, one.path.first_move, one.moves)
+            numbers |= set(moved[one.path.feed_time > 0].tolist())
+    names = program.moves.name_tools()
+    thin = [number for number in sorted(numbers) if not find_shape(number, program.options)]
+    if not thin:
+        return []
+    tools, keys = program.options.tools or {}, [find_tool_key(number, "diameter", names) for number in thin]
+    length = program.options.tool_length or (tools[thin[0]].offset[2] if thin[0] in tools else 0.0)
+    instead = " (which has no tool_length then)" if program.options.tool_length is not None else ""
+    entry = f"{quote_key(keys[0][1])} = {{ length = {f'{length:.9g}' if length else 'MM'}, diameter = MM }}"
+    has = "has no diameter" if len(thin) == 1 else "have no diameters"
+    text = (
+        f"whether the cutter runs into {name} in a rapid traverse is not decided: "
+        f"{join_names([describe_tool_number(number, names) for number in thin])} {has}, so how much was cut before is "
+        f"not known; write [tools] {entry} into the set-up{instead}"
+    )
+    lines = tuple(dict.fromkeys(at))
+    where = {"line": lines[0], "last_line": lines[-1], "worst_line": lines[0], "lines": lines, "count": len(lines)}
+    return [make_finding("VP216", text, severity="warning", settled_by=tuple(keys), **where)]
 
 
 def _make_stock(box: Placed) -> Dexels:
@@ -323,10 +360,10 @@ def report_touches(
 ) -> Iterator[Finding]:
     """Findings, one for each body and stretch of neighbouring spans; of bodies that do not cut, of neighbouring lines.
 
-    What may touch is not told in lines in which the same body certainly does.
+    What may touch is not told in lines in which the same body certainly does, nor here what a line leaves open.
     """
     for body in dict.fromkeys(one.body for one in cut.touches):
-        own = [one for one in cut.touches if one.body == body]
+        own = [one for one in cut.touches if one.body == body and not one.by_line]
         sure = [one for one in own if one.depth == one.depth]
         stretches = list(_split_touches(sure))
         lines = {one.line for part in stretches for one in part}

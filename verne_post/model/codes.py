@@ -395,10 +395,11 @@ CODES: Final[dict[str, Code]] = _make_table(
     ("VP216", "in the stock", "error",
      "In rapid traverse the cutter reaches into the stock. Or shank, holder or spindle do so at any time, or the "
      "platform reaches into the box of the stock. The stock is the one that is left at that time. A warning "
-     "means that the distance is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm, or "
-     "that the stock is not cut because the program is out of limits and long.",
+     "means one of three things: the distance is smaller than the resolution of the stock model, 0.1 mm for a stock "
+     "of 100 mm; the stock is not cut because the program is out of limits and long; or a tool has no diameter, so "
+     "what it has cut is not known.",
      "Move the rapid traverse above the stock, retract along the tool axis, or cut the place first; use a longer or "
-     "thinner tool."),
+     "thinner tool. Where the tool has no diameter, write it into [tools] of the set-up."),
     ("VP217", "uncorrected tool axis error", "error",
      "On the as-built machine the tool axis is off by more than accuracy.uncorrected_axis_deg of the machine file. "
      "The table's tilt cannot correct this component, and C stays as programmed.",

@@ -116,6 +116,11 @@ class Touch(Struct, frozen=True):
     begin: tuple[float, float] = (0.0, 0.0)
     begin_turn: tuple[float, float] = (0.0, 0.0)  #: The same of the tool axis in the part, deg.
     tip: tuple[float, float, float] | None = None  #: There, in the table frame, mm; None where undecided.
+    by_line: bool = False  #: Undecided because a cutter of unknown diameter may have cut the material before.
+
+
+#: Where the contact begins of a touch that is undecided.
+NO_BEGIN: Final = (0.0, 0.0), (0.0, 0.0), None
 
 
 class Cut(Struct, frozen=True, eq=False):
@@ -165,8 +170,18 @@ def cut_stock(
     begin = run.measure_begins()
     room = np.where(run.rounding > 0, run.rounding - keep_off, -np.inf)
     touches = (
-        Touch(row, int(spans.line[row]), body, depth, *begin.get((row, body), ()))
+        Touch(
+            row,
+            int(spans.line[row]),
+            body,
+            depth,
+            way,
+            turn,
+            at,
+            body == "cutter" and depth != depth and row >= run.first_line_cut,
+        )
         for (row, body), depth in run.depth.items()
+        for way, turn, at in (begin.get((row, body), NO_BEGIN),)
         if body != "cutter" or not np.nan_to_num(depth) <= room[row]
     )
     return Cut(run.volume, tuple(touches))
@@ -201,6 +216,9 @@ class _Run:
         )
         #: Straight cuts by tool (n, tip and axis, 2, 3), in parts, which a rapid may follow.
         self.cuts: dict[int, list[Array]] = {}
+        #: Planes (n, 4) across the axis through the tip of cutters that are thin lines, at feed: normal and height.
+        self.planes: list[Array] = []
+        self.first_line_cut: float = np.inf  #: The first span of theirs.
         #: By body the last place where the depth of a contact was measured: span, tip, axis, and the depth.
         self.measured: dict[str, tuple[int, Array, Array, float]] = {}
         #: Tools, and their bodies other than the cutter, that have run into the stock.
@@ -256,6 +274,11 @@ class _Run:
                     together = min(2 * together, MOST_IN_CONTACT) if touches and stands else 1
             self._break(rows[part], tip[part], axis[part], tool)
         past.append(np.stack([tip, axis], axis=1))
+        if tool.is_line:
+            self.first_line_cut = min(self.first_line_cut, int(rows[0]))
+            planes = np.concatenate([axis, (tip * axis).sum(axis=2)[..., None]], axis=2).reshape(-1, 4)
+            one = (planes[:, :3] == planes[0, :3]).all()  # no plane of the same normal leaves more than the lowest
+            self.planes.append(planes[[planes[:, 3].argmin()]] if one else planes)
 
     def _find_near(self, tip: Array, axis: Array, bodies: Iterable[tuple[Piece, ...]], by: float) -> Mask:
         """Spans (n,) on which a body that is larger by ``by`` may come to the stock."""
@@ -296,6 +319,9 @@ class _Run:
             if not self._is_touching(tip, axis, body, RESOLVED):
                 continue  # the largest is asked first: most bodies are clear
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
+                if name == "cutter" and self.planes and self._may_be_cut(tip, axis, body):
+                    self.depth.update(dict.fromkeys(((row, name) for row in rows.tolist()), np.nan))
+                    continue
                 first, depth = self._follow_contact(rows, tip, axis, name, body)
                 for row in rows[first:].tolist():
                     self.depth[row, name] = max(depth, self.depth.get((row, name), -np.inf))
@@ -306,6 +332,20 @@ class _Run:
                 for row, tips, axes in zip(rows.tolist(), *_list_pairs(tip, axis), strict=True):
                     if not self._is_clear(row, tips, axes, name, body, stood or (tip[0], axis[0])):
                         self.depth.setdefault((row, name), np.nan)
+
+    def _may_be_cut(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> bool:
+        """Whether the material that a body meets may have been cut by a cutter that is a thin line here.
+
+        Whatever its diameter, a cutter leaves what is below the plane across its axis through its tip.
+        """
+        point = self._list_points(tip, axis, body)
+        if len(self.planes) > 1:
+            self.planes[:] = [np.concatenate(self.planes)]
+        (planes,) = self.planes
+        if not len(point):
+            return True
+        lowest = point[(point @ axis[0]).argmin()]
+        return bool((planes[:, :3] @ lowest - planes[:, 3]).max() > -TOUCH_MM - self.left)
 
     def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> tuple[Array, Array]:
         """Tip and axis where a body that certainly touches on a span does so first, within ``FINE_MM``."""

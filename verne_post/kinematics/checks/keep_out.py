@@ -309,7 +309,7 @@ def build_moving(machine: Machine, path: ToolPath, moves: Moves, options: Option
     """
     number = find_tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
-    shapes = [_shape_of(int(one), options) for one in numbers]
+    shapes = [find_shape(int(one), options) for one in numbers]
     lengths = np.array([find_length_by_itself(int(one), options) for one in numbers])
     for one, shape, by_itself in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
         in_force = float(path.tool_length[number == one].max()) - options.lift
@@ -376,7 +376,7 @@ def place_body(
     return on_table, float(np.arctan2(direction[1], direction[0]))
 
 
-def _shape_of(number: int, options: Options) -> ToolShape:
+def find_shape(number: int, options: Options) -> ToolShape:
     """The shape of a tool: the given one, a cutter of the tool table's diameter and corner, or nothing known."""
     if number in options.tool_shapes:
         return options.tool_shapes[number]
