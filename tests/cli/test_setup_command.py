@@ -528,6 +528,33 @@ def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Pa
     assert found["tools"] == {"3": {"length": "measure", "diameter": "measure"}}
 
 
+BLANK = "BLK FORM 0.1 Z X-40 Y-40 Z-40\nBLK FORM 0.2 X+40 Y+40 Z+60\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "words", "expected"),
+    [
+        ("part.nc", FANUC.replace("CR=3. - BALL", ""), ("--stock", "G54=-9,-9,-9,9,9,0"), [10, 6]),
+        ("part.nc", FANUC.replace("D=6. CR=3. ", ""), ("--stock", "program"), [10, "measure"]),
+        ("part.nc", FANUC.replace("D=6. CR=3. ", ""), (), [10, None]),
+        ("part.h", KLARTEXT.replace("TOOL", f"{BLANK}TOOL", 1), (), ["measure"]),
+        ("part.h", KLARTEXT.replace("TOOL", f"{BLANK}TOOL", 1), ("--tool-table", "tools.tbl"), [6]),
+        ("part.mpf", SIEMENS.replace("N10", 'WORKPIECE(,"",,"BOX",112,0,-20,-80,0,0,50,50)\nN10'), (), ["measure"]),
+    ],
+)
+def test_a_diameter_is_asked_for_where_a_stock_is_cut(
+    name: str, source: str, words: tuple[str, ...], expected: list[object], run: Run, tmp_path: Path, monkeypatch: Any
+) -> None:
+    """As a thin line a tool leaves nearly all of the stock."""
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_text(source)
+    Path("tools.tbl").write_text("T7 P7 Z80 D6\nT8 P8 Z80\n")  # T8 is not called
+    Path("verne-post.toml").write_text("[heidenhain.tools]\nMILL_10 = 7\n" if "tools.tbl" in words else "")
+    told = run("setup", name, "-o", "-", *words)
+    assert [tool.get("diameter") for tool in tomllib.loads(told.out)["tools"].values()] == expected
+    assert ("the diameter of tool" in told.err.partition("to be filled in:")[2]) == ("measure" in expected)
+
+
 @pytest.mark.parametrize(
     "there", ["", "[tools]\n3 = { length = 80 }\n31 = { diameter = 12 }\n[wcs]\nG54 = [0, 0, 60]\n"]
 )
@@ -572,7 +599,7 @@ tolerance = 0.02  # of the drawing
 split_at_stops = true  # one file of setpoints from stop to stop; convert needs -o NAME.csv
 
 [tools]  # presetter, Monday
-1 = { length = 80 }  # flat
+1 = { length = 80, diameter = "measure" }  # flat
 9 = { length = 70.5, diameter = 3 }  # drill; not used by the program
 "TAP M6" = { length = 60 }  # not used by the program
 5 = { length = "measure", diameter = 6, corner_radius = 3 }  # D=6. CR=3. - BALL - diameter and corner_radius \
@@ -595,7 +622,10 @@ M11 = "decide"
 
 @pytest.mark.parametrize("newline", ["\n", "\r\n"])
 def test_a_setup_that_is_there_keeps_what_it_says(newline: str, run: Run, tmp_path: Path) -> None:
-    """What the program needs in addition is added, what it does not use is marked, and nothing else is touched."""
+    """What the program needs in addition is added, what it does not use is marked, and nothing else is touched.
+
+    In the stock tool 1 would be a thin line, so its diameter is asked for.
+    """
     program, there = tmp_path / "part.nc", tmp_path / "part.nc.toml"
     program.write_text(FANUC)
     there.write_bytes(THERE.replace("\n", newline).encode())
@@ -603,10 +633,10 @@ def test_a_setup_that_is_there_keeps_what_it_says(newline: str, run: Run, tmp_pa
     assert told.code == 0, told.err
     assert there.read_bytes() == MERGED.replace("\n", newline).encode()
     assert (
-        "part.nc.toml: added: split_at_stops, tools.5, wcs.G55, remap.M11; not used by the program: tools.9, "
-        'tools."TAP M6", wcs.G58; taken from remarks, check it: the diameter of tool 5, '
+        "part.nc.toml: added: split_at_stops, tools.1.diameter, tools.5, wcs.G55, remap.M11; not used by the program: "
+        'tools.9, tools."TAP M6", wcs.G58; taken from remarks, check it: the diameter of tool 5, '
         "the corner_radius of tool 5; to be filled in: the length of "
-        "tool 5, the place of G55, the meaning of M11\n"
+        "tool 5, the diameter of tool 1, the place of G55, the meaning of M11\n"
     ) in told.err
     # nothing is new the second time, and a file with nothing new is not written
     before = there.stat().st_mtime_ns, there.stat().st_ino

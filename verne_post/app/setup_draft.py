@@ -129,7 +129,11 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
 
 
 def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraft) -> SetupDraft:
-    """A draft of the same arguments that knows which keys of a set-up the program uses."""
+    """A draft of the same arguments that knows which keys of a set-up the program uses.
+
+    With a stock, of the options or of the program, it asks for the diameters of the tools among them: as a thin line a
+    tool leaves nearly all of it.
+    """
     if draft.moves is None:
         return draft
     bare = options.changed(tools=None, tool_length=None, wcs={}, unmeasured_wcs={}, remap={})
@@ -149,7 +153,12 @@ def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraf
         keys |= {("tools", str(name)) for name in called if name}
     keys |= {("wcs", name_system(moves.frames[index].system)) for index in np.unique(moves.frame)}
     keys |= {("tools", names[int(name)]) for _table, name in keys if name.isdecimal() and int(name) in names}
-    return replace(draft, used=frozenset(keys))
+    tools = dict(draft.tools)
+    if options.stock is not None or moves.stock is not None:
+        shaped = {names.get(number, str(number)) for number in options.tool_shapes}
+        asked = [name for name in tools if ("tools", name) in keys and name not in shaped]
+        tools |= {name: (tools[name][0], tools[name][1] or None) for name in asked}
+    return replace(draft, used=frozenset(keys), tools=tools)
 
 
 def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
