@@ -123,13 +123,17 @@ def command(
         text = error.message if isinstance(error, click.UsageError) else str(error)
         _report_failure(files, report_files, github, Verdict.USAGE_ERROR, text, ())
         raise
-    from verne_post.app.called_files import drop_called
+    from verne_post.app.called_files import drop_called, find_callers
     from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
     from verne_post.output.findings import Report, drop_repeated, list_unchecked
 
     left_over = find_left_over(every)
     _claim(files, every, output, paths)
-    every = every[share]
+    if share != slice(None):
+        # a subprogram is refused alone: it is in the share of the program that calls it
+        callers = find_callers([job.program for job in every])
+        own = {job.program for job in [one for one in every if one.program not in callers][share]}
+        every = [job for job in every if callers.get(job.program, job.program) in own]
     output.mkdir(parents=True, exist_ok=True)
     running = (
         run_here(every, jobs or _count_cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
