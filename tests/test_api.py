@@ -327,6 +327,8 @@ def test_a_tool_number_as_a_name_is_told_with_the_number(name: str) -> None:
         (lambda: vp.batch([], folder=Path(__file__)), "folder: .*expected a pathlib.Path of a folder"),
         (lambda: vp.machined("", SHORT, nominal=b"", distance="1 mm"), "distance: '1 mm': expected mm, 0 or more"),  # type: ignore[arg-type]
         (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[Path("a")]), "fixtures: .*'G54'"),  # type: ignore[list-item]
+        (lambda: vp.machined("", SHORT, nominal=b"", system="G99"), "'G99' .* or G54.1P1 to G54.1P48, or 'table'$"),
+        (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[(b"", "G5")]), "system: 'G5' is not a work system"),
         (lambda: vp.Options(tools={" ": 80}), "' ' is neither the number nor the name of a tool"),
         (lambda: vp.Options(tool_shapes={"": [vp.Cylinder("cutter", 6)]}), "'' is neither the number nor the name"),
         (lambda: vp.Options(tool_shapes={"MILL": []}), 'tool_shapes: tool "MILL": expected a sequence of Cylinder'),
@@ -549,8 +551,13 @@ def test_a_changed_machine_is_validated_and_has_another_hash() -> None:
     back = half.changed({"limits.a_jerk": 10000, "limits.rho_jerk": 100000})
     assert (back.sha256, back.provenance) == (machine.sha256, machine.provenance)
     assert "jerk of a: " in machine.changed({"limits.a_jerk": None}).unlimited
+    # keys that the file may have, and does not
+    absent = dict.fromkeys(("drives.rho1.unit", "vibration.modes", "rods.diameter_mm"))
+    assert machine.changed(absent).sha256 == machine.sha256
     for key, value, said in (
         ("limits.a_jrk", 1, "did you mean limits.a_jerk?"),
+        ("limits.rho_jrk", None, "limits.rho_jrk is not a key of this machine file; did you mean limits.rho_jerk?"),
+        ("clearance.minimum_m", None, "did you mean clearance.minimum_mm?"),
         ("rho_jerk", 1, "rho_jerk is not a key of this machine file; did you mean limits.rho_jerk?"),
         ("a_velocity", 1, "did you mean limits.a_velocity?"),
         ("cycle_s", 0.002, "did you mean control.cycle_s?"),
@@ -818,8 +825,9 @@ def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: 
     [
         (lambda: vp.read_settings(3), "path: expected the name of a file, got int"),  # type: ignore[arg-type]
         (lambda: vp.check(SHORT, "verne", settings="x.toml"), "settings: expected Settings or a pathlib.Path, got str"),
-        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths or a folder, as [Path('a.nc')]"),  # type: ignore[arg-type]
-        (lambda: vp.batch("p", "verne"), "programs: expected several paths or a folder, as [Path('p')]"),  # type: ignore[arg-type]
+        (lambda: vp.batch(__file__, "verne"), f"programs: expected several paths or a folder, as [Path('{__file__}')]"),  # type: ignore[arg-type]
+        (lambda: vp.batch("p", "verne"), "programs: p: no such file or folder; expected several paths or a folder"),  # type: ignore[arg-type]
+        (lambda: vp.batch(Path("missing"), "verne"), "programs: missing: no such file or folder; expected several"),
         (lambda: vp.batch([], "verne"), "programs: there is none; the list is empty, or a pattern fits no file"),
         (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str: pass pathlib.Path('a.nc')"),  # type: ignore[list-item]
     ],

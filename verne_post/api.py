@@ -44,9 +44,9 @@ from verne_post.config.setup_values import Setup, lay_over_setup, take_settings
 from verne_post.config.subprograms import collect_subprograms
 from verne_post.model.findings import Finding, InputError, UsageError, make_input_error
 from verne_post.model.machine import Machine
-from verne_post.model.option_checks import check_ranges, convert_from_numpy
+from verne_post.model.option_checks import check_ranges, convert_from_numpy, find_system
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
+from verne_post.model.part_setup import UNITS, Wanted
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
@@ -378,11 +378,8 @@ def machined(
         not isinstance(one, list | tuple) or len(one) != 2 for one in fixtures
     ):
         raise UsageError("fixtures", f"{fixtures!r}: expected (file, system) of each, as [(Path('vise.stl'), 'G54')]")
-    for key, word, allowed in (
-        *(("system", one, ("table", *SYSTEM_NUMBERS)) for one in (system, *(place for _file, place in fixtures))),
-        ("unit", unit, UNITS),
-        ("datum", datum, get_args(Datum)),
-    ):
+    systems = [_find_system(one) for one in (system, *(place for _file, place in fixtures))]
+    for key, word, allowed in (("unit", unit, UNITS), ("datum", datum, get_args(Datum))):
         if word not in allowed:
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
     text, chosen, read = _read_program(source, options, setup, settings)
@@ -394,13 +391,22 @@ def machined(
     factor = np.array([column.factor for column in program.machine.columns])
     q, line = np.concatenate([one.values for one in rows]) / factor, np.concatenate([one.line for one in rows])
     bodies: list[Body] = []
-    for file, place, name in ((nominal, system, "the nominal part"), *((*one, "a fixture") for one in fixtures)):
+    meshes = ((nominal, "the nominal part"), *((file, "a fixture") for file, _place in fixtures))
+    for (file, name), place in zip(meshes, systems, strict=True):
         raw = _read_mesh(file, "fixtures" if bodies else "nominal")
         shown = str(file) if isinstance(file, os.PathLike) else name
-        bodies.append(Body(read_stl(raw, shown, unit), SYSTEM_NUMBERS.get(place)))
+        bodies.append(Body(read_stl(raw, shown, unit), place))
     found = judge_rows(program, q, line, bodies[0], bodies[1:], Wanted(**given), datum, distance)
     lines = [format_finding(chosen.source_name, item) for item in found.findings]
     return replace(found, text="\n".join([*lines, describe_comparisons(shown_rows, found).rstrip()]))
+
+
+def _find_system(place: object) -> int | None:
+    """The number of the work system of a mesh; None: the table."""
+    try:
+        return None if place == "table" else find_system(place)
+    except ValueError as error:
+        raise UsageError("system", f"{error}, or 'table'") from None
 
 
 @translate_messages
@@ -579,9 +585,10 @@ def batch(
     if isinstance(programs, os.PathLike) and Path(programs).is_dir():
         programs = [programs]
     if isinstance(programs, str | bytes | os.PathLike):
-        one = f"Path({os.fsdecode(programs)!r})"
-        several = one if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
-        raise UsageError("programs", f"expected several paths or a folder, as {several}")
+        name = os.fsdecode(programs)
+        lack = "" if os.path.exists(name) else f"{name}: no such file or folder; "
+        several = f"Path({name!r})" if Path(name).is_dir() else f"[Path({name!r})]"
+        raise UsageError("programs", f"{lack}expected several paths or a folder, as {several}")
     if not isinstance(programs, Iterable):
         raise UsageError("programs", f"expected several paths or a folder, got {type(programs).__name__}")
     if folder is not None and (not isinstance(folder, str | os.PathLike) or Path(folder).is_file()):

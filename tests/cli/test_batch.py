@@ -18,6 +18,7 @@ import pytest
 from msgspec.structs import replace
 
 import verne_post
+from verne_post.app.called_files import find_callers
 from verne_post.cli.files import RunFiles
 from verne_post.cli.jobs import Job, Outcome, run_here, run_job
 from verne_post.model.findings import make_finding
@@ -517,6 +518,8 @@ def test_a_file_that_only_a_program_of_the_run_calls_is_checked_there(
     assert (record["program"], record["called"]) == (str(Path("p", main)), [str(Path("p", name))])
     answer = run("batch", "p", "-o", "o", *place, "-j", 1)
     assert (answer.code, note in answer.err, "1 program" in answer.out) == (0, True, True), answer.err
+    shares = [run("batch", "p", "-o", f"o{k}", *place, "-j", 1, "--shard", f"{k}/2") for k in (1, 2)]
+    assert [(one.code, note in one.err) for one in shares] == [(0, True), (0, False)], shares
     assert name not in run("check", "p", "--quiet", *place).out
     # named, with a set-up of its own, or with the end of a program, it is one
     assert f"{Path('p', name)}: refused" in run("check", "p", Path("p", name)).out
@@ -765,6 +768,16 @@ def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:
         listed.append([one["program"] for one in json.loads(Path(f"out{share[0]}/batch.json").read_text())["programs"]])
     assert [len(names) for names in listed] == [4, 4, 4]
     assert len({name for names in listed for name in names}) == 12
+
+
+def test_files_that_call_each_other_are_in_one_share_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """O1 comes to O3 through O2; O4 and O5 only call each other, and O6 calls itself."""
+    monkeypatch.chdir(tmp_path)
+    for number, called in ((3, 3), (2, 3), (1, 2), (4, 5), (5, 4), (6, 6)):
+        end = "M30" if number == 1 else "M99"
+        Path(f"O{number}.nc").write_text(f"O{number}\nG1 X4. F900\n(M98 P1)\nM98 P{called}\n{end}\n")
+    callers = find_callers([f"O{number}.nc" for number in range(1, 7)])
+    assert callers == {"O2.nc": "O1.nc", "O3.nc": "O1.nc"}
 
 
 def test_globs_and_files(folder: Path, run: Callable[..., Any]) -> None:

@@ -428,13 +428,16 @@ def test_a_corner_radius_of_a_remark_is_that_of_a_rounded_edge(remark: str, diam
     assert find_corner_radius(remark, diameter) == corner
 
 
-def test_a_corner_radius_of_the_settings_is_written(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without it the tool would be flat in the set-up, and a ball without one."""
+@pytest.mark.parametrize("corner", [4, 0])
+def test_a_corner_radius_of_the_settings_is_written(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, corner: int
+) -> None:
+    """Without it the tool would be flat in the set-up, and a ball without one; 0 is a flat end, and not an unknown."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.nc").write_text("G90 G94\nT1 M6\nG43 H1\nS900 M3\nG0 X0 Y0 Z20 A0 C0\nG1 X1 F600\nM2\n")
-    tool = {"length": 80, "diameter": 8, "corner_radius": 4}
+    tool = {"length": 80, "diameter": 8, "corner_radius": corner}
     (tmp_path / "verne-post.toml").write_text(
-        '[setup."a.nc".tools]\n1 = { length = 80, diameter = 8, corner_radius = 4 }\n'
+        f'[setup."a.nc".tools]\n1 = {{ length = 80, diameter = 8, corner_radius = {corner} }}\n'
     )
     assert tomllib.loads(run("setup", "a.nc", "-o", "-").out)["tools"] == {"1": tool}
 

@@ -857,6 +857,34 @@ def test_five_digits_behind_m98(view, tmp_path, call, programs, xs):
 
 
 @pytest.mark.parametrize(
+    ("call", "programs", "xs"),
+    [
+        ("M98 P8", {"O0008": 1}, [1]),
+        ("M98 P8", {"o8": 1}, [1]),
+        ("M98 P40008", {"O0008": 1}, [1, 2, 3, 4]),
+        ("G65 P8", {"O8": 1, "8.nc": 1}, [1]),
+        ("M98 P8", {"O8": 1, "O8.nc": 2}, "the files O8.nc and O8 have this number, and differ"),
+        ("M98 P40008", {"O8": 1, "8.nc": 2}, "the files 8.nc and O8 have this number, and differ"),
+        ("M98 P8", {"8": 1}, "in no file beside it whose name has the number"),
+        ("M98 P8", {"O8.bak": 1}, "in no file beside it whose name has the number"),
+        ("M98 P1208", {"O1209": 1}, "a file beside it has O1209, which is nearly this number"),
+        ("o8 call", {"O8": 1}, "defined neither in the program nor in a file 8.ngc"),
+    ],
+)
+def test_a_subprogram_is_a_file_without_an_ending_as_controls_store_it(view, tmp_path, call, programs, xs):
+    for name, x in programs.items():
+        (tmp_path / name).write_text(f"G91 G0 X{x}\nG90\nM99\n")
+    dialect = "rs274" if "call" in call else "fanuc"
+    text = f"{'O1' * (dialect == 'fanuc')}\nG0 G21 G90 X0\n{call}\nM30\n"
+    files, names = collect_subprograms(text.encode(), tmp_path, (), lambda path, _name: path.read_bytes())
+    moves, found = view(text, dialect=dialect, subroutines=files, subroutine_files=names)
+    if isinstance(xs, str):
+        assert [(item.code, item.line, xs in item.message) for item in found] == [("VP023", 3, True)], found
+    else:
+        assert (found, moves.end[1:, 0].tolist()) == ((), xs)
+
+
+@pytest.mark.parametrize(
     ("block", "code", "letter"),
     [
         ("M98 P12 K3", "VP006", "K"),

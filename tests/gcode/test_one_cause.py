@@ -766,9 +766,9 @@ HEADS = {
     ("fanuc", "G93 X5. Z50. R55. F90.", ("VP006", 1, "G93 takes no R; did you mean G83?")),
     ("fanuc", "G94 X5. Z50. R55. F90.", ("VP006", 14, "nothing in the block uses R55")),
     ("fanuc", "M98 P2000", ("VP023", 5, "M98 calls O2000: not in the program, and in no file beside it whose name has "
-                            "the number (2000.ngc or O2000.nc)")),
+                            "the number (2000.ngc, O2000.nc or O2000)")),
     ("fanuc", "M98 P20", ("VP023", 5, "M98 calls O20: not in the program, and in no file beside it whose name has the "
-                          "number (20.ngc or O0020.nc)")),
+                          "number (20.ngc, O0020.nc or O0020)")),
     ("fanuc", "G2 X5. Y5. I5. J5.", ("VP008", None, "the radius of the arc is 7.07107 mm at the start, 0 mm at the "
                                      "end: its centre is the end")),
     ("fanuc", "G2 X5. Y5. I0 J0", ("VP008", None, "the radius of the arc is 0 mm at the start, 7.07107 mm at the end: "
@@ -783,7 +783,7 @@ HEADS = {
     ("siemens", "CYCLE81(50,0,3,,0)", ("VP007", 17, "CYCLE81: the bottom is the reference plane 0 mm: the hole has no "
                                        "depth")),
     ("fanuc", "M98 P1001\nM30\nO1000\nM99", ("VP023", 5, "M98 calls O1001: not in the program, and in no file beside "
-     "it whose name has the number (1001.ngc or O1001.nc); the program has "
+     "it whose name has the number (1001.ngc, O1001.nc or O1001); the program has "
      "O1000, which is nearly this number, in line 9, and which nothing calls")),
     ("heidenhain", "CALL LBL 11\nM30\nLBL 1\nLBL 0", ("VP023", 10, "LBL 11 is not in the program; it has LBL 1, "
                                                       "which is nearly this number")),

@@ -173,16 +173,28 @@ def test_impossible_shapes_are_named(text, says):
 
 def test_a_shape_is_checked_against_the_tool_table():
     shape = (Cylinder("cutter", 8, 20, corner_radius=4), Cylinder("holder", 40, 30))
-    for given in (None, Tool(3, 3, ZERO9), Tool(3, 3, ZERO9, 8.1), Tool(3, 3, ZERO9, 8, corner_radius=4)):
+    for given in (
+        None,
+        Tool(3, 3, ZERO9),
+        Tool(3, 3, ZERO9, 8.1),
+        Tool(3, 3, ZERO9, 8, corner_radius=4),
+        Tool(3, 3, ZERO9, 7.9, corner_radius=3.95),  # another ball, as it was measured
+        Tool(3, 3, ZERO9, 8.1, corner_radius=3.985),
+    ):
         check_tool("tool 3", shape, 50, given)
+    form = (Cylinder("cutter", 8, 20, profile=((0, 0), (4, 4))), Cylinder("holder", 40, 30))
+    check_tool("tool 3", form, 50, Tool(3, 3, ZERO9, 8, corner_radius=4))
     with pytest.raises(InputError, match="its parts among the tool shapes are 50 mm long, but its length is 49"):
         check_tool("tool 3", shape, 49, None)
     with pytest.raises(
         InputError, match="its cutter among the tool shapes is 8 mm thick, but its diameter in the tool table is 10"
     ):
         check_tool("tool 3", shape, 50, Tool(3, 3, ZERO9, 10))
-    with pytest.raises(InputError, match="corner_radius of its cutter among the tool shapes is 4 mm, but in the tool"):
-        check_tool("tool 3", shape, 50, Tool(3, 3, ZERO9, 8, corner_radius=1))
+    for corner in (0, 1, 3.97):
+        with pytest.raises(
+            InputError, match=f"cutter among the tool shapes is 4 mm, but in the tool table it is {corner}"
+        ):
+            check_tool("tool 3", shape, 50, Tool(3, 3, ZERO9, 8, corner_radius=corner))
 
 
 @pytest.mark.parametrize("seed", range(12))

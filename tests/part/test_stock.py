@@ -640,10 +640,17 @@ END PGM X MM
 
 
 @pytest.mark.parametrize(
-    ("corner", "z", "told"), [(0.0, "+30", [True]), (4.0, "+30", []), (0.0, "-9", [False]), (4.0, "-9", [False])]
+    ("corner", "z", "told"),
+    [
+        (None, "+30", [True]),
+        (0.0, "+30", [False]),
+        (4.0, "+30", []),
+        (None, "-9", [False]),
+        (4.0, "-9", [False]),
+    ],
 )
-def test_a_ball_is_no_flat_cutter(corner: float, z: str, told: list[bool]) -> None:
-    """And a contact that only the corner of a flat cutter has says that the cutter counts as flat."""
+def test_a_ball_is_no_flat_cutter(corner: float | None, z: str, told: list[bool]) -> None:
+    """And a contact that only the corner of a flat cutter has says that the cutter counts as flat, unless it is one."""
     options = vp.Options(
         tools={1: Tool(1, 1, (0.0, 0.0, 120.0, *(0.0,) * 6), 8.0, corner_radius=corner)},
         wcs={"G54": (0, 0, 60)},

@@ -1,7 +1,8 @@
 """One cut whose tool axis differs from all beside it: by a sign, or by the decimal point of a rotary word."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -50,6 +51,8 @@ _TIMES_STEP: Final = 3.0
 _ASIDE: Final = 5.0
 #: mm: where it goes farther and comes back at once, it may be behind a rib. Steps of surfaces are smaller.
 _BACK: Final = 0.5
+#: Makes the finding of a line from its text and number; None where its text has no such word.
+Describe = Callable[[str, int], Finding | None]
 
 
 def check_axes(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
@@ -156,6 +159,30 @@ def view_beside(rows: NDArray[Any]) -> NDArray[Any]:
     return np.moveaxis(np.lib.stride_tricks.sliding_window_view(rows, 2 * BESIDE + 1, axis=0), -1, 0)
 
 
+def report_words(
+    source: Text, moves: Moves, options: Options, words: Iterable[tuple[int, str, Describe]], looked_at: int = 1
+) -> Iterator[Finding]:
+    """One finding of each code a file, with the lines of all words that are in doubt.
+
+    Parameters
+    ----------
+    words : iterable of (int, str, callable)
+        The move, the code, and what makes the finding of a line.
+    looked_at : int
+        In so many lines of a finding the word is looked for; others have it as the first ones do.
+    """
+    found, called = dict[tuple[str, str | None], Finding](), moves.called_lines
+    for at, code, describe in words:
+        line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])
+        file = called.find_file(line)[1]
+        item = before = found.get((code, file))
+        if before is None or before.count < looked_at:
+            item = describe(take_line_of_move(source, options, called, line), line)
+        if item is not None:
+            found[code, file] = item if before is None else add_line(before, line)
+    yield from map(called.place, found.values())
+
+
 def check_rotary_words(
     source: Text, moves: Moves, coordinates: Coordinates, options: Options, from_move: int = 0
 ) -> Iterator[Finding]:
@@ -164,7 +191,12 @@ def check_rotary_words(
     With the other sign, or a tenth, the angle that is executed is between those of the cuts before and after it. Of a
     wrong sign, the other rotary axes turn little to it and from it, and the tip does not go to another flank.
     """
-    found, called = dict[tuple[str, str | None], Finding](), moves.called_lines
+    return report_words(source, moves, options, _find_doubtful_angles(moves, coordinates, from_move))
+
+
+def _find_doubtful_angles(
+    moves: Moves, coordinates: Coordinates, from_move: int
+) -> Iterator[tuple[int, str, Describe]]:
     for begin, end in iterate_blocks(len(moves), from_move):
         first = max(begin - 2 * BESIDE, from_move)
         angles, tip = moves.end[first:end, 3:6], moves.end[first:end, :3]
@@ -196,21 +228,20 @@ def check_rotary_words(
                 rows = slice(row, row + 2 * BESIDE + 1)
                 if factor < 0.0 and _goes_behind(tip[rows], _find_change(moves, coordinates, at, axis)):
                     continue
-                line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])
-                file = called.find_file(line)[1]
-                if (code, file) in found:
-                    found[code, file] = add_line(found[code, file], line)
-                    continue
-                text = take_line_of_move(source, options, called, line)
-                if moves.language == "heidenhain" and _LN.match(text):
-                    continue  # check_normals
-                letter, value, right = AXES[3 + axis], float(own[row, axis]), f"{factor * own[row, axis]:.6g}"
-                said = (
-                    f"{letter}{value:.6g} in this cut, and {letter}{low[row, axis] + 0.0:.6g} and "
-                    f"{letter}{high[row, axis] + 0.0:.6g} in those before and after it: is {letter}{right} meant?"
-                )
-                edit = Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True)
-                where = {"column": find_address(text, letter), "last_line": line, "worst_line": line}
-                edits = (edit,) if find_word_of(text, letter, value) else ()
-                found[code, file] = make_finding(code, said, line=line, edits=edits, **where)
-    yield from map(called.place, found.values())
+                yield at, code, partial(_describe_angle, moves, at, axis, factor, code)
+
+
+def _describe_angle(moves: Moves, at: int, axis: int, factor: float, code: str, text: str, line: int) -> Finding | None:
+    """The finding of a line; None where LN gives the tool axis (check_normals)."""
+    if moves.language == "heidenhain" and _LN.match(text):
+        return None
+    before, value, after = moves.end[at - 1 : at + 2, 3 + axis].tolist()
+    letter, right = AXES[3 + axis], f"{factor * value:.6g}"
+    said = (
+        f"{letter}{value:.6g} in this cut, and {letter}{before + 0.0:.6g} and {letter}{after + 0.0:.6g} in those "
+        f"before and after it: is {letter}{right} meant?"
+    )
+    edit = Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True)
+    where = {"column": find_address(text, letter), "last_line": line, "worst_line": line}
+    edits = (edit,) if find_word_of(text, letter, value) else ()
+    return make_finding(code, said, line=line, edits=edits, **where)

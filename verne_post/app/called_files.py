@@ -33,11 +33,11 @@ LANGUAGES: Final = {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}
 def has_call(source: bytes, one: Path, path: Path) -> bool:
     """Whether the text of a file has a statement, outside remarks, that calls another file in the language of that."""
     own = LANGUAGES.get(path.suffix.lower(), "rs274")
-    dialect = find_dialect_name("auto", source, one.name) or own
-    if ("rs274" if dialect == "fanuc" else dialect) != own:
-        return False
     for chunk in read_whole_lines(source):
         if names_file(chunk, path):
+            dialect = find_dialect_name("auto", source, one.name) or own
+            if ("rs274" if dialect == "fanuc" else dialect) != own:
+                return False
             text = chunk.decode("utf-8", errors="replace")
             lines = (remove_remarks(line, dialect) for line in split_lines(text))
             if dialect == "siemens":
@@ -45,6 +45,26 @@ def has_call(source: bytes, one: Path, path: Path) -> bool:
             if names_file("\n".join(lines).encode(), path):
                 return True
     return False
+
+
+def find_callers(names: Collection[str]) -> dict[str, str]:
+    """Of each subprogram among files: the first program whose text calls it, perhaps through other subprograms."""
+    called = {name: Path(name).resolve() for name in names if is_only_called(Path(name))}
+    callers: dict[str, str] = {}
+    for name in sorted(names, key=called.__contains__) if called else ():
+        one = Path(name).resolve()
+        below = {sub: path for sub, path in called.items() if path != one and path.is_relative_to(one.parent)}
+        source = b""
+        with suppress(OSError):
+            source = one.read_bytes() if below.keys() - callers.keys() else b""
+        callers |= {sub: name for sub, path in below.items() if sub not in callers and has_call(source, one, path)}
+    for sub in callers:
+        seen = {sub}
+        while (above := callers.get(callers[sub])) is not None and above not in seen:
+            seen.add(above)
+            callers[sub] = above
+    # files that only call each other are called by no program
+    return {sub: name for sub, name in callers.items() if name not in callers}
 
 
 def is_only_called(path: Path) -> bool:

@@ -1,20 +1,20 @@
 """One point that leaves the way of the cuts beside it in one word, and is on it with another sign or decimal point."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.app.axis_check import BESIDE, TURN_DEG, view_beside
-from verne_post.app.source_text import take_line_of_move
+from verne_post.app.axis_check import BESIDE, TURN_DEG, Describe, report_words, view_beside
 from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_word_of
 from verne_post.base.tolerances import START_POSE_MM
 from verne_post.base.units import MM_PER_INCH
-from verne_post.model.findings import Finding, Remedy, add_line, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import AXES, MoveKind, Moves
 from verne_post.model.options import Options
 
@@ -38,19 +38,18 @@ def check_points(source: Text, moves: Moves, options: Options, from_move: int = 
     Five cuts in a row go on evenly, or stand, in every axis but for this word in the middle one. One finding of each a
     file.
     """
-    found, called = dict[tuple[str, str | None], Finding](), moves.called_lines
+    words = _find_doubtful_points(moves, from_move)
+    return (item for item in report_words(source, moves, options, words, _MOST + 1) if item.count <= _MOST)
+
+
+def _find_doubtful_points(moves: Moves, from_move: int) -> Iterator[tuple[int, str, Describe]]:
     for begin, end in iterate_blocks(len(moves), from_move):
         first = max(begin - 2 * BESIDE, from_move)
         if end - first <= 2 * BESIDE or not (np.abs(np.diff(moves.end[first:end, :6], axis=0)) > _LEAST).any():
             continue
         for row, axes, factor, code in _find_doubtful(moves, slice(first, end)):
             at = first + row
-            line = int(called.number_moves(moves.line[at : at + 1], np.array([at]))[0])
-            file, ends = called.find_file(line)[1], moves.end[at - 1 : at + 2]
-            item = _describe(take_line_of_move(source, options, called, line), line, ends, axes, factor, code)
-            if item is not None:
-                found[code, file] = add_line(found[code, file], line) if (code, file) in found else item
-    yield from (called.place(item) for item in found.values() if item.count <= _MOST)
+            yield at, code, partial(_describe, moves.end[at - 1 : at + 2], axes, factor, code)
 
 
 def _find_doubtful(moves: Moves, block: slice) -> Iterator[tuple[int, tuple[int, ...], float, str]]:
@@ -98,7 +97,7 @@ def _fits(value: Array, middle: Array, near: Array) -> NDArray[np.bool_]:
     return np.asarray(np.abs(value - middle) <= near)
 
 
-def _describe(text: str, line: int, ends: Array, axes: tuple[int, ...], factor: float, code: str) -> Finding | None:
+def _describe(ends: Array, axes: tuple[int, ...], factor: float, code: str, text: str, line: int) -> Finding | None:
     """The finding of a line; None where its text has not these words, as in a loop, or in G91."""
     unit = 1.0
     words = [find_word_of(text, AXES[axis], float(ends[1, axis])) for axis in axes]

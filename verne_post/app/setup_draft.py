@@ -85,7 +85,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     corners = {
         names.get(number, str(number)): tool.corner_radius
         for number, tool in (options.tools or {}).items()
-        if tool.corner_radius
+        if tool.corner_radius is not None
     }
     wcs: dict[str, WorkOffset | None] = {name_system(system): place for system, place in options.wcs.items()}
     codes: dict[str, str | None] = dict(options.remap)
@@ -203,7 +203,7 @@ def _assume(
         number = int(name) if name.isdecimal() else known.get(name, 0)
         number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))
         tool = tools.get(number, Tool(number, number, ZERO9, unmeasured="nobody"))
-        sizes: dict[str, Any] = {"diameter": sizes_mm[1], "corner_radius": 0.0}
+        sizes: dict[str, Any] = {"diameter": sizes_mm[1], "corner_radius": None}
         if what == "length":
             sizes = {"offset": (0.0, 0.0, sizes_mm[0], *ZERO9[3:]), "unmeasured": ""}
         tools[number] = dataclasses.replace(tool, **sizes)

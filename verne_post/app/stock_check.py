@@ -344,7 +344,7 @@ def count_chords(joints: JointPath) -> Array:
 def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
     """Cutter, shank, holder and spindle about the axis of a tool of this length, mm."""
     pieces = build_pieces(shape or (WIRE,), length, joined=False)
-    flat = 0.5 * shape[0].diameter if shape and shape == (Cylinder("cutter", shape[0].diameter),) else 0.0
+    flat = 0.5 * shape[0].diameter if shape and shape[0].assumed_flat else 0.0
     tool = group_pieces([*pieces, *build_spindle(machine, length)])
     return replace(tool, is_line=not shape, flat_radius=flat)
 

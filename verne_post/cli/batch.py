@@ -29,9 +29,9 @@ from verne_post.cli.options import (
 from verne_post.cli.pictures import require_package
 from verne_post.cli.programs import find_programs, name_passed_over
 from verne_post.cli.progress import show_progress
-from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
+from verne_post.cli.report_files import add_report_files, report_failure, take_report_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
-from verne_post.model.verdict import Verdict, find_exit_status, find_gravest, find_verdict
+from verne_post.model.verdict import find_gravest
 from verne_post.output.batch_table import format_batch
 from verne_post.output.causes import count_causes
 from verne_post.output.formats import FORMATS
@@ -96,7 +96,7 @@ def command(
         files.claim_output("--github" if github else "the table of results (none with --quiet)")
     if any(map(is_dash, inputs)):
         raise click.UsageError("batch takes files and folders; convert and check read standard input (-)")
-    report_files = take_report_files(files, given)
+    report_files, printed = take_report_files(files, given), "github" if github else "text"
     files.claim_folder(output, "-o")
     if scheduler != "local" and jobs is not None:
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
@@ -116,20 +116,22 @@ def command(
         check_format(file_format)
         every = _make_jobs(files, programs, output, machines, file_format, given)
     except InputError as error:
-        verdict = find_verdict(find_exit_status(error.findings), error.findings)
-        _report_failure(files, report_files, github, verdict, str(error), error.findings)
+        report_failure(files, report_files, error, printed, print_as_is)
         return refuse(inputs[0], error)
     except (click.UsageError, Unreadable) as error:
-        text = error.message if isinstance(error, click.UsageError) else str(error)
-        _report_failure(files, report_files, github, Verdict.USAGE_ERROR, text, ())
+        report_failure(files, report_files, error, printed, print_as_is)
         raise
-    from verne_post.app.called_files import drop_called
+    from verne_post.app.called_files import drop_called, find_callers
     from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
     from verne_post.output.findings import Report, drop_repeated, list_unchecked
 
     left_over = find_left_over(every)
     _claim(files, every, output, paths)
-    every = every[share]
+    if share != slice(None):
+        # a subprogram is refused alone: it is in the share of the program that calls it
+        callers = find_callers([job.program for job in every])
+        own = {job.program for job in [one for one in every if one.program not in callers][share]}
+        every = [job for job in every if callers.get(job.program, job.program) in own]
     output.mkdir(parents=True, exist_ok=True)
     running = (
         run_here(every, jobs or _count_cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
@@ -184,22 +186,6 @@ def command(
         )
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes, reports)])
     return find_gravest([outcome.status for outcome in outcomes])
-
-
-def _report_failure(
-    files: RunFiles,
-    report_files: dict[str, Path],
-    github: bool,
-    verdict: Verdict,
-    message: str,
-    findings: "Sequence[Finding]",
-) -> None:
-    """Say in every report that was asked for why nothing was converted."""
-    from verne_post.output.reports import FAILURES
-
-    write_failure_files(files, report_files, verdict, message, findings)
-    if github:
-        print_as_is(FAILURES["github"](verdict, message, findings))
 
 
 #: What batch.json is for.

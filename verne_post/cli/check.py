@@ -1,6 +1,7 @@
 """`verne-post check`: check programs, in any of the report formats."""
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -34,9 +35,9 @@ from verne_post.cli.options import (
 )
 from verne_post.cli.programs import find_programs, find_readers, name_passed_over
 from verne_post.cli.progress import show_progress
-from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
+from verne_post.cli.report_files import add_report_files, report_failure, take_report_files, write_report_files
 from verne_post.cli.streams import print_as_is
-from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
+from verne_post.model.verdict import ExitStatus, find_exit_status, find_gravest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -171,17 +172,13 @@ def command(
         machines = load_machines(files, programs, given)
         machine = machines[programs[0]]
     except InputError as error:
-        verdict = find_verdict(find_exit_status(error.findings), error.findings)
-        write_failure_files(files, report_files, verdict, str(error), error.findings)
-        _emit_failure(files, output_file, output_format, verdict, str(error), error.findings)
+        report_failure(files, report_files, error, output_format, partial(_emit, files, output_file))
         status = refuse(inputs[0], error)
         if output_format == "text":
             say(f"nothing was checked: {_count_errors(error.findings)}\n")
         return status
     except (click.UsageError, Unreadable) as error:
-        text = error.message if isinstance(error, click.UsageError) else str(error)
-        write_failure_files(files, report_files, Verdict.USAGE_ERROR, text, ())
-        _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
+        report_failure(files, report_files, error, output_format, partial(_emit, files, output_file))
         raise
 
     from verne_post.app.called_files import drop_called
@@ -288,22 +285,6 @@ def _count_errors(findings: "Sequence[Finding]") -> str:
     count = format_count(sum(one.severity == "error" for one in findings), "error")
     files = ", ".join(dict.fromkeys(one.file for one in findings if one.file is not None))
     return f"{count} in {files}" if files else count
-
-
-def _emit_failure(
-    files: RunFiles,
-    output_file: Path | None,
-    output_format: str,
-    verdict: Verdict,
-    message: str,
-    findings: "Sequence[Finding]",
-) -> None:
-    """Write, for programs that read it, why the check could not begin."""
-    if output_format == "text":
-        return
-    from verne_post.output.reports import FAILURES
-
-    _emit(files, output_file, FAILURES[output_format](verdict, message, findings))
 
 
 def make_policy(

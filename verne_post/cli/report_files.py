@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from verne_post.cli.files import RunFiles
+from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import FILE, decorate
+from verne_post.model.verdict import Verdict, find_exit_status, find_verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from verne_post.model.findings import Finding
+    from verne_post.model.findings import InputError
     from verne_post.model.machine import Machine
-    from verne_post.model.verdict import Verdict
     from verne_post.output.findings import Report
 
 #: Formats with an option of their own, and how its help calls them.
@@ -47,11 +47,24 @@ def write_report_files(
         files.write(path, f"--{name}", [FORMATS[name](reports, machine)])
 
 
-def write_failure_files(
-    files: RunFiles, asked: "Mapping[str, Path]", verdict: "Verdict", message: str, findings: "Sequence[Finding]"
+def report_failure(
+    files: RunFiles,
+    asked: "Mapping[str, Path]",
+    error: "InputError | click.UsageError | Unreadable",
+    printed: str,
+    emit: "Callable[[str], object]",
 ) -> None:
-    """Write to every file that was asked for why nothing was checked."""
+    """Say in every report that was asked for why nothing was checked; ``printed`` is the format that ``emit`` takes.
+
+    The error itself is a text already.
+    """
+    from verne_post.model.findings import InputError
     from verne_post.output.reports import FAILURES
 
+    found = error.findings if isinstance(error, InputError) else ()
+    verdict = find_verdict(find_exit_status(found), found) if found else Verdict.USAGE_ERROR
+    message = error.message if isinstance(error, click.UsageError) else str(error)
     for name, path in asked.items():
-        files.write(path, f"--{name}", [FAILURES[name](verdict, message, findings)])
+        files.write(path, f"--{name}", [FAILURES[name](verdict, message, found)])
+    if printed != "text":
+        emit(FAILURES[printed](verdict, message, found))

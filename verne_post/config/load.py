@@ -128,11 +128,13 @@ def _rebuild_machine(
     InputError
         VP501 with every mistake.
     """
-    data, changed = read_toml(raw), {}
+    data, changed, absent = read_toml(raw), dict[str, Any](), dict[str, Any]()
     for key, value in {**before, **values}.items():
         given = _convert_value(value)
         if _put_value(data, key, given, file_name):
             changed[key] = given
+        elif given is None:
+            absent[key] = {}
 
     def read(name: str, key: str = "as_built.file") -> bytes:
         if name not in files:
@@ -140,6 +142,8 @@ def _rebuild_machine(
             raise make_input_error("VP501", text)
         return files[name]
 
+    if absent:
+        _expect_keys(raw, absent, file_name, read)
     told = json.loads(json.dumps(changed, default=str), parse_int=float)  # 5000 is 5000.0
     hashed = raw + json.dumps(told, sort_keys=True).encode() if changed else raw
     try:
@@ -151,6 +155,19 @@ def _rebuild_machine(
         said = (f"{key} = {'absent' if value is None else value}" for key, value in sorted(changed.items()))
         provenance = {**provenance, "changed": ", ".join(said)}
     return replace(machine, provenance=provenance, rebuild=partial(_rebuild_machine, raw, file_name, files, changed))
+
+
+def _expect_keys(raw: bytes, absent: dict[str, Any], file_name: str, read: Callable[..., bytes]) -> None:
+    """Refuse keys that no file of this kind has, where what is not there is to be taken out."""
+    data = read_toml(raw)
+    for key, value in absent.items():
+        _put_value(data, key, value, file_name)
+    try:
+        _build_machine(data, raw, file_name, read)
+    except InputError as error:
+        wrong = [item for item in error.findings if " is not a key of " in item.message]
+        if wrong:
+            raise InputError(*_name_whole_keys(wrong, read_toml(raw), absent, file_name)) from None
 
 
 #: A mistake about the name of a key: its place, and what is said of it.

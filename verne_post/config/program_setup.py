@@ -62,7 +62,7 @@ class InlineTool(Table, frozen=True, kw_only=True):
 
     length: Size = TO_MEASURE
     diameter: Size = 0.0
-    corner_radius: Annotated[float, Meta(ge=0, le=MAX_TOOL)] = 0.0
+    corner_radius: Annotated[float, Meta(ge=0, le=MAX_TOOL)] | None = None
     number: Annotated[int, Meta(ge=1)] | None = None
 
     def check_together(self) -> None:

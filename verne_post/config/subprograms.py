@@ -27,8 +27,8 @@ _NUMBERED: Final = re.compile(
 #: A word that may be the name of a file, and bytes of a text in which names that are nearly one are looked for.
 _FIRST_WORD: Final = re.compile(rb"^[ \t]*+(?:N\d+[ \t]*+)?([A-Z_][A-Z0-9_]{2,}+)(?=[ \t]*+[(;\r\n])", re.I | re.M)
 _LONGEST_SEARCHED: Final = 1_000_000
-#: A file with the number of a program.
-_PROGRAM_NUMBER: Final = re.compile(r"o?0*[1-9]\d{0,6}")
+#: A file with the number of a program; one that has no ending, as controls store it, keeps a point in its place.
+_PROGRAM_NUMBER: Final = re.compile(r"o?0*[1-9]\d{0,6}|o0*[1-9]\d{0,6}\.")
 #: CALL PGM of Klartext, perhaps with a path of the control.
 _PROGRAM: Final = re.compile(rb"CALL[ \t]+PGM[ \t]+\"?(?:[^\"\n;~]*[\\/:])?([^\"\n;~\\/:]+)", re.IGNORECASE)
 _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]*P\s*[#\[]", re.IGNORECASE)
@@ -104,7 +104,7 @@ def _find_called(text: Text, known: dict[str, Path]) -> list[str]:
 
 def _find_meant_numbers(text: Text, known: dict[str, Path]) -> list[str]:
     """Those of the files with a number of which a number in a call without a file is a slip."""
-    numbers = {name.lstrip("o0"): name for name in known if _PROGRAM_NUMBER.fullmatch(name)}
+    numbers = {name.lstrip("o0").rstrip("."): name for name in known if _PROGRAM_NUMBER.fullmatch(name)}
     if not numbers or not _may_call(text):
         return []
     called = {str(one) for one in _list_numbers(text)} - numbers.keys()
@@ -172,7 +172,10 @@ def _list_folders(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path
 
 
 def _find_files(root: Path, places: list[Path]) -> dict[str, Path]:
-    """Files by name without ending, in lower case; the first folder that has one counts."""
+    """Files by name without ending, in lower case; the first folder that has one counts.
+
+    ``O2000`` as controls store it is "o2000.": beside O2000.nc it is another one.
+    """
     by_name: dict[str, Path] = {}
     for place in places:
         with os.scandir(place) as entries:
@@ -187,4 +190,7 @@ def _find_files(root: Path, places: list[Path]) -> dict[str, Path]:
             for file in files:
                 if file.suffix.lower() == ending:
                     by_name.setdefault(file.stem.lower(), file)
+        for file in files:
+            if not file.suffix and _PROGRAM_NUMBER.fullmatch(stored := f"{file.name.lower()}."):
+                by_name.setdefault(stored, file)
     return by_name

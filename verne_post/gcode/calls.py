@@ -93,8 +93,12 @@ class CallStack(Generic[_Text, _Frame]):
 
 
 def spell_program(number: int) -> list[str]:
-    """Names of files, without their endings, that hold a program: of four digits, or of five as Haas writes them."""
-    return [f"{letter}{number:0{digits}d}" for digits in (1, 4, 5) for letter in ("", "o")]
+    """Names of files, without their endings, that hold a program: of four digits, or of five as Haas writes them.
+
+    The last ones end with a point: they are of files without an ending, as controls store them.
+    """
+    names = [f"{letter}{number:0{digits}d}" for digits in (1, 4, 5) for letter in ("", "o")]
+    return [*names, *(f"{name}." for name in names if name.startswith("o"))]
 
 
 def find_near_program(number: str, known_numbers: Iterable[str]) -> str:

@@ -212,9 +212,11 @@ def check_tools(value: object) -> dict[int, Tool] | None:
         (diameter,) = check_numbers((tool.diameter,), (1,), f"a diameter of tool {key}", MAX_TOOL)
         if diameter < 0:
             raise ValueError(f"tool {key}: diameter {diameter:g} is negative")
-        (corner,) = check_numbers((tool.corner_radius,), (1,), f"a corner_radius of tool {key}", MAX_TOOL)
+        corner = tool.corner_radius
+        if corner is not None:
+            (corner,) = check_numbers((corner,), (1,), f"a corner_radius of tool {key}", MAX_TOOL)
         # half a diameter that is still to be measured is not known
-        if diameter and (mistake := describe_mistake(Cylinder("cutter", diameter, corner_radius=corner))):
+        if diameter and corner and (mistake := describe_mistake(Cylinder("cutter", diameter, corner_radius=corner))):
             raise ValueError(f"tool {key}: {mistake}")
         x, y, z, a, b, c, u, v, w = check_numbers(tool.offset, (9,), f"nine offsets of tool {key}", MAX_PLACE)
         found[key] = replace(tool, offset=(x, y, z, a, b, c, u, v, w), diameter=diameter, corner_radius=corner)

@@ -894,7 +894,7 @@ def _convert_to_json(value: object) -> object:
         return [*value.origin_mm, value.turn_deg]
     if isinstance(value, Tool):
         others = [list(value.offset)] if any((*value.offset[:2], *value.offset[3:])) else []
-        corner = [{"corner_radius_mm": value.corner_radius}] if value.corner_radius else []
+        corner = [{"corner_radius_mm": value.corner_radius}] if value.corner_radius is not None else []
         return [value.offset[2], value.diameter, *others, *corner]
     if isinstance(value, Box):
         system = "table" if value.system is None else name_system(value.system)

@@ -99,8 +99,8 @@ class Tool:
         Where the set-up of the one program gives the tool; empty for those of other tables.
     row : str
         File and line of the table that gives the tool; empty for others.
-    corner_radius : float
-        mm, of the lower edge of the cutter; half the diameter makes a ball.
+    corner_radius : float or None
+        mm, of the lower edge of the cutter: half the diameter makes a ball, 0 a flat end. None: not known.
 
     Raises
     ------
@@ -115,7 +115,7 @@ class Tool:
     unmeasured: str = ""
     key: str = field(default="", compare=False)
     row: str = field(default="", compare=False)
-    corner_radius: float = 0.0
+    corner_radius: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse a length in place of the offsets here, where it is written, and not where the tool is used."""
@@ -305,6 +305,8 @@ class Cylinder:
         mm, of the neck above a ball (lollipop cutter); 0: none.
     profile : tuple of (float, float)
         Radius and height above the part's lower end, mm, upwards: a form.
+    assumed_flat : bool
+        Only the diameter of the cutter is known: it counts as flat.
     """
 
     part: str
@@ -316,6 +318,7 @@ class Cylinder:
     tip_diameter: float = 0.0
     neck_diameter: float = 0.0
     profile: tuple[tuple[float, float], ...] = ()
+    assumed_flat: bool = False
 
     @property
     def top_diameter(self) -> float:

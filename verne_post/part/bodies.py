@@ -23,6 +23,9 @@ from verne_post.model.part_setup import Cylinder, Tool, ToolShape
 
 #: A cutter may be thinner or thicker than the tool table says by this, mm: wear, and sizes as measured.
 DIAMETER_SLACK_MM: Final = 0.2
+#: And its corner radius may be another one by this, mm: the edge is then 0.008 mm off, 0.41 of it along the normal.
+#: That is less than parts show; sizes in inches with three decimals differ by 0.013 mm.
+CORNER_SLACK_MM: Final = 0.02
 #: Profiles that bend by less than this, mm2 (twice the area of a triangle), are straight there.
 _STRAIGHT_MM2: Final = 1e-12
 #: Heights that differ by less are one, mm: rounding of lengths up to some metres.
@@ -198,7 +201,10 @@ def check_tool(name: str, shape: ToolShape, length: float, table: Tool | None) -
                 f"{place} is {table.diameter:g}"
             )
             raise make_input_error("VP018", text)
-    if table.corner_radius and abs(shape[0].corner_radius - table.corner_radius) > DIAMETER_SLACK_MM:
+    if table.corner_radius is None or shape[0].profile:  # a form has its edge in its profile
+        return
+    are_balls = all(one.corner_radius == 0.5 * one.diameter for one in (shape[0], table))  # their diameters agree
+    if abs(shape[0].corner_radius - table.corner_radius) > CORNER_SLACK_MM and not are_balls:
         text = (
             f"{name}: the corner_radius of its cutter among the tool shapes is {shape[0].corner_radius:g} mm, but in "
             f"{place} it is {table.corner_radius:g}"

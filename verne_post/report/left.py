@@ -48,8 +48,7 @@ def make_left(program: Program) -> tuple[Surface | None, str]:
             stock.cut(sweeps, make_table(piece))
     if not (stock.high > stock.low).any():
         return None, ""
-    given = options.tool_shapes.values()
-    flat = any(not (shape in given or (shape and shape[0].corner_radius)) for shape in moving.shapes)
+    flat = any(shape[0].assumed_flat for shape in moving.shapes)
     text = f"Stock that is left: cells of {step:.2g} mm{', tools of unknown shape cut as flat ones' if flat else ''}."
     return Surface("stock that is left", "left", *draw_skin(stock), stock.origin, stock.turn), text
 

@@ -354,7 +354,10 @@ class Session:
         if not watched or not watched.dynamic_registration:
             return
         options = lsp.DidChangeWatchedFilesRegistrationOptions(
-            [lsp.FileSystemWatcher(f"**/*{ending}") for ending in (*_READ_BY_PROGRAMS, *_SUBPROGRAMS)]
+            [
+                *(lsp.FileSystemWatcher(f"**/*{ending}") for ending in (*_READ_BY_PROGRAMS, *_SUBPROGRAMS)),
+                lsp.FileSystemWatcher("**/[oO][0-9]*"),
+            ]
         )
         asked = lsp.Registration("files", lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, options)
         await self.server.client_register_capability_async(lsp.RegistrationParams([asked]))

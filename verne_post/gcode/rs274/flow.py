@@ -388,13 +388,20 @@ class Flow:
                 return text, text.structure.programs[label]
             if label in text.structure.subs:
                 raise ProgramError("VP023", f"o{label} sub is called with o{label} call, not with {word}")
-        for name in spell_program(int(label)):
-            text_of_file = self._find_file(name)
-            if text_of_file is not None:
-                return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
+        setup = self.interpreter.setup
+        names = [name for name in spell_program(int(label)) if name in setup.subroutines]
+        if names and names[-1].endswith(".") and setup.subroutines[names[0]] != setup.subroutines[names[-1]]:
+            both = " and ".join(setup.name_file(name, "ngc") for name in (names[0], names[-1]))
+            message = f"{word} calls O{label}: the files {both} have this number, and differ"
+            raise ProgramError("VP023", message).advise(
+                "Take the file that is not meant away, or give it another name."
+            )
+        text_of_file = self._find_file(names[0]) if names else None
+        if text_of_file is not None:
+            return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
         message = f"{word} calls O{label}: not in the program, and in no file beside it whose name has the number"
         if int(label) < FIRST_BUILDER_MACRO:
-            message += f" ({int(label)}.ngc or O{int(label):04d}.nc)"
+            message += f" ({int(label)}.ngc, O{int(label):04d}.nc or O{int(label):04d})"
         else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
         if repeats := self.calls.main.structure.repeated_numbers:
@@ -402,9 +409,9 @@ class Flow:
             message += f"; O{first} appears twice, in lines {self.calls.main.structure.programs[first]} and {second}: "
             message += f"one of them may be O{label}"
         near = [] if repeats else self._find_near_programs(label)
-        files = [] if repeats or near else self._find_near_files(label)
-        edits = self._write_numbers(near or files, label, "P", self.calls.line - 1) if self._is_in_main else ()
-        if len(near or files) == 1 and self._is_called((near or files)[0]):  # it is meant elsewhere
+        near_files = [] if repeats or near else self._find_near_files(label)
+        edits = self._write_numbers(near or near_files, label, "P", self.calls.line - 1) if self._is_in_main else ()
+        if len(near or near_files) == 1 and self._is_called((near or near_files)[0]):  # it is meant elsewhere
             edits = tuple(dataclasses.replace(one, is_choice=True) for one in edits)
         head, edits_of_head = ("", ()) if repeats else self._find_head(label, near)
         if head:
@@ -414,8 +421,8 @@ class Flow:
             edits = edits_of_head
         elif near:
             message += f"; the program has {name_numbers(near, 'O')}"
-        elif files:
-            message += f"; a file beside it has {name_numbers(files, 'O')}"
+        elif near_files:
+            message += f"; a file beside it has {name_numbers(near_files, 'O')}"
         if repeats and len(repeats) == 1:
             edits = write_numbers([label], first, "O", second)
         raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(
@@ -463,7 +470,7 @@ class Flow:
 
     def _find_near_files(self, label: str) -> list[str]:
         """Numbers of files beside the program of which another number may be a slip."""
-        files = (one.removeprefix("o") for one in self.interpreter.setup.subroutines)
+        files = (one.removeprefix("o").rstrip(".") for one in self.interpreter.setup.subroutines)
         numbers = {one.lstrip("0") for one in files if one.isdecimal()}
         return list_near_programs(label, numbers - self._list_running())
 

@@ -377,13 +377,17 @@ def place_body(
 
 
 def find_shape(number: int, options: Options) -> ToolShape:
-    """The shape of a tool: the given one, a cutter of the tool table's diameter and corner, or nothing known."""
+    """The shape of a tool: the given one, a cutter of the tool table's diameter and corner, or nothing known.
+
+    A cutter without a known corner counts as flat.
+    """
     if number in options.tool_shapes:
         return options.tool_shapes[number]
     tool = (options.tools or {}).get(number)
     if tool is None or not tool.diameter > 0:
         return ()
-    return (Cylinder("cutter", tool.diameter, corner_radius=tool.corner_radius),)
+    corner = tool.corner_radius
+    return (Cylinder("cutter", tool.diameter, corner_radius=corner or 0.0, assumed_flat=corner is None),)
 
 
 def find_length_by_itself(number: int, options: Options) -> float:
