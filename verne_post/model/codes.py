@@ -448,8 +448,11 @@ CODES: Final[dict[str, Code]] = _make_table(
      "The file does not begin at the start pose, does not end at the last pose, or skips a segment.",
      "Do not run the file. Convert the program again, and verify the new file."),
     ("VP413", "rows out of order", "error",
-     "The rows do not follow the program in its order.",
-     "Do not run the file. Convert the program again, and verify the new file."),
+     "The rows do not follow the program in its order: they run back along a line, leave a line out, or belong to "
+     "a line that is not the next. The file was changed after the conversion, the program was, or verify has other "
+     "options than the conversion.",
+     "Do not run the file. Give verify the options of the conversion, --from and --to too. If the error stays, "
+     "convert the program again, verify the new file, and copy that one to the control."),
     ("VP414", "setpoint file out of date", "error",
      "The setpoint file was made with another program, machine file, work offset, tool length or option, or the "
      "index of its parts does not say what a conversion writes.",
