@@ -65,7 +65,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     ("VP009", "feed rate missing", "error",
      "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each "
      "block needs it. As a warning: a tool cuts at the feed rate of the tool before it, or a block with F moves in "
-     "rapid traverse, because an earlier G0 is still active.",
+     "rapid traverse, because an earlier G0 is still active or G0 stands where G1 is meant (G0 Z-2 F300).",
      ""),
     ("VP010", "program does not end", "error",
      "The file ends without M2, M30 or a closing %. Two cases are warnings, because a control may not load such "
