@@ -352,6 +352,35 @@ def test_the_feed_rate_of_the_tool_before(dialect):
     assert check_text(dialect, program.format(first, same)) == []
 
 
+@pytest.mark.parametrize("dialect", ["fanuc", "rs274", "siemens"])
+@pytest.mark.parametrize(
+    ("cut", "line"),
+    [
+        ("G0 Z-2 F300\nG1 X30 F1200", 5),
+        ("G90 G0 Z-2 F300\nG1 X30 F1200\nG0 Z5\nX0\nG0 Z-2 F300\nG1 X30 F1200", 5),
+        ("G0 Z-2 F300\nG3 X10 Y0 I5 J0 F1200", 5),
+        ("G0 Z5 F300\nG1 Z-2\nX20 F1200\nG0 Z5\nX0\nG0 Z-2 F300\nG1 X30 F1200", 10),
+        ("G0 Z-2 F300\nG1 X30", None),  # its F is used
+        ("G0 Z5 F300\nG1 Z-2 F400\nX30 F1200", None),
+        ("G0 Z-2 F5000\nG1 X30 F1200", None),  # a post that gives rapids an F
+        ("G0 X5 F300\nG0 Z-2 F300\nG1 X30 F1200", None),
+        ("G0 Z-2 F300\nG1 X30 F1200\nG0 Z50 F300\nG0 X0 F300", None),
+        ("G0 Z-2 F300\nG1 X30 F1200\nG0 Z50 F300\nG0 X0", None),
+        ("G0 Z60 F300\nG1 X30 F1200", None),  # it rises
+        ("G0 Z5 F300\nG1 X30 F1200\nG1 Z-2 F300", None),  # above the part
+    ],
+)
+def test_the_feed_rate_of_a_plunge_in_rapid_traverse(dialect: str, cut: str, line: int | None) -> None:
+    """G0 Z-2 F300 stands where G1 was meant; the tool went down in rapid traverse, and nothing said so."""
+    program = f"G17 G90 G94 G54\nS900 M3\nG0 X0 Y0 A0 C0\nG0 Z50\n{cut}\nG0 Z50\nM30\n"
+    options = vp.Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0.0, 0.0, 60.0)})
+    found = [one for one in vp.check(program, "ac_trunnion", options, limits_only=True).findings if one.code == "VP009"]
+    assert [(one.line, one.severity) for one in found] == [(line, "warning")] * (line is not None)
+    assert all("F300 is not used: G0 goes down in rapid traverse" in one.message for one in found)
+    for one in found[0].edits if found else ():
+        assert (one.value, one.word) == ("1", ("G", 0.0))
+
+
 @pytest.mark.parametrize("cycle", ["CYCLE81(20,0,2,-5)", "CYCLE83(20,0,2,-5,,-3,,2,0,0,1,0)"])
 @pytest.mark.parametrize("own", ["", "F400\n"])
 def test_a_cycle_of_siemens_has_the_feed_rate_of_the_tool_before(cycle, own):

@@ -148,30 +148,38 @@ def test_a_subprogram_alone_is_checked_where_it_is_called(run: Callable[..., Any
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "line", "why", "main", "call"),
+    ("name", "text", "line", "why", "main", "call", "tool"),
     [
         ("SUB1.h", "BEGIN PGM SUB1 MM\nL IX+10 F500\nEND PGM SUB1 MM\n", 3, "neither M2 nor M30 ends it",
-         "MAIN.h", "BEGIN PGM MAIN MM\nTOOL CALL 1 Z S500\nCALL PGM SUB1\nM30\nEND PGM MAIN MM\n"),
-        ("SUB1.h", "LBL 4\nL X+10 F500\nLBL 0\n", 1, "LBL 4 begins it", "MAIN.h", ""),
+         "MAIN.h", "BEGIN PGM MAIN MM\nTOOL CALL 1 Z S500\nCALL PGM SUB1\nM30\nEND PGM MAIN MM\n", "TOOL CALL"),
+        ("SUB1.h", "LBL 4\nL X+10 F500\nLBL 0\n", 1, "LBL 4 begins it", "MAIN.h", "", ""),
         ("O1000.nc", "%\nO1000 (POCKET)\nG91 X1O F500\nG1 X4.\n(END)\nM99 ( M30 )\n%\n", 6, "M99 ends it",
-         "O0001.nc", "O1\nT1 M6\nM98 P1000\nM30\n"),
-        ("SUB1.SPF", "G91 Z-4\nG1 X10 F500\nM5\nM17\n", 4, "M17 ends it", "MAIN.MPF", "T1 M6\nSUB1\nM30\n"),
-        ("SUB1.SPF", "PROC SUB1 SAVE\nG1 X10 F500\nRET\n", 1, "PROC begins it", "MAIN.MPF", "T1 M6\nSUB1\nM30\n"),
-        ("1000.ngc", "O1000\nG1 X10 F500\nM99\n", 3, "M99 ends it", "a.ngc", "T1 M6\nM98 P1000\nM2\n"),
+         "O0001.nc", "O1\nT1 M6\nM98 P1000\nM30\n", "T and M6"),
+        ("SUB1.SPF", "G91 Z-4\nG1 X10 F500\nM5\nM17\n", 4, "M17 ends it", "MAIN.MPF", "T1 M6\nSUB1\nM30\n", ""),
+        ("SUB1.MPF", "G91 Z-4\nG1 X10 F500\nM5\nRET\n", 4, "RET ends it", "MAIN.MPF", "", "T, D and M6"),
+        ("SUB1.SPF", "PROC SUB1 SAVE\nG1 X10 F500\nRET\n", 1, "PROC begins it", "MAIN.MPF", "T1 M6\nSUB1\nM30\n", ""),
+        ("1000.ngc", "O1000\nG1 X10 F500\nM99\n", 3, "M99 ends it", "a.ngc", "T1 M6\nM98 P1000\nM2\n", "T and M6"),
     ],
 )  # fmt: skip
 def test_a_subprogram_alone_is_one_finding_and_has_no_set_up(
-    run: Callable[..., Any], tmp_path: Path, name: str, text: str, line: int, why: str, main: str, call: str
+    run: Callable[..., Any], tmp_path: Path, name: str, text: str, line: int, why: str, main: str, call: str, tool: str
 ) -> None:
     """Its tool and its places were asked for, in a set-up that no program reads."""
     path = tmp_path / name
     path.write_text(text)
-    said = f"{name}:{line}: VP010 error: this is a subprogram: it calls no tool, and {why}; check "
-    rest, slips = "the program that calls it", text.count("1O")
+    start, slips = f"{name}:{line}: VP010 error: ", text.count("1O")
+    said = f"{start}this is a subprogram: it calls no tool, and {why}; check "
+    alone, called = f"{said}the program that calls it", said
+    if tool:  # a program may end so, too
+        alone = (
+            f"{start}is this a subprogram? it calls no tool, and {why}; if it is a program, call its tool "
+            f"({tool}) and end it with M30; if it is a subprogram, check the program that calls it"
+        )
+        called = f"{start}this is a subprogram; check "
     for command in ("check", "convert", "setup"):
         answer = run(command, path)
         shown = answer.out + answer.err
-        assert f"{said}{rest}\n" in shown
+        assert f"{alone}\n" in shown
         assert shown.count("VP") == 1 + slips  # of its own words
         assert "toml" not in shown
     assert answer.code == 2
@@ -180,7 +188,7 @@ def test_a_subprogram_alone_is_one_finding_and_has_no_set_up(
         (tmp_path / main).write_text(call)
         for command in ("check", "setup"):
             answer = run(command, path)
-            assert f"{said}{tmp_path / main}, which calls it\n" in answer.out + answer.err
+            assert f"{called}{tmp_path / main}, which calls it\n" in answer.out + answer.err
         assert not list(tmp_path.glob("*.toml"))
 
 

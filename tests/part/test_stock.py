@@ -667,7 +667,7 @@ def test_a_ball_is_no_flat_cutter(corner: float | None, z: str, told: list[bool]
         ((-40, -20, 60), (40, 20, 80), None, -2, None),  # the same place, read from the table
         ((-40, -20, -20), (40, 20, 0), 1, 0.5, None),  # it scratches the top
         ((-40, 3, 60), (40, 20, 80), None, -2, None),  # its side cuts, the tip passes at 3 mm
-        ((-40, -20, 0), (40, 20, 30), None, -2, "is 44.0 mm or more away from it; correct G54 or stock"),
+        ((-40, -20, 0), (40, 20, 30), None, -2, "is 48.0 mm or more away from it; correct G54 or stock"),
         ((-40, -20, -20), (40, 20, 0), None, -2, 'write system = "G54" in stock if its numbers are those of'),
         ((60, -20, -20), (80, 20, 0), 1, -2, "the nearest, of line 7, is 46.0 mm or more away from it"),
     ],
@@ -685,3 +685,30 @@ def test_a_stock_into_which_no_cut_comes_is_in_doubt(low, high, system, z, said)
     found = [item.message for item in findings if item.code == "VP505"]
     assert len(found) == (said is not None), findings
     assert all(said in one for one in found)
+
+
+@pytest.mark.parametrize(
+    ("second", "diameter", "said"),
+    [
+        ("M3\nG0 X-10. Z20.\nG1 Z2. F300.\nX10.", 8.0, "of line 13, is 2.0 mm or more away from it"),  # for Z-2.
+        ("M3\nG0 X-10. Z20.\nG1 Z-2. F300.\nX10.", 8.0, None),
+        ("M3\nG0 X-10. Z20.\nG1 Z0.9 F300.\nX10.", 8.0, None),
+        ("M3\nG0 X-10. Z20.\nG1 Z2. F300.\nX10. A15.", 8.0, None),  # its side comes nearer
+        ("G0 X-10. Z20.\nG1 Z2. F300.\nX10.", 8.0, None),  # a probe
+        ("M3\nG0 X-10. Z20.\nG1 Z2. F300.\nX10.", 0.0, None),
+        ("M3\nG55 G0 X-10. Z20.\nG1 Z2. F300.\nX10.", 8.0, None),  # another part
+        ("M3\nG0 X-10. Z20.", 8.0, None),
+    ],
+)
+def test_a_tool_that_cuts_only_air_is_in_doubt(second: str, diameter: float, said: str | None) -> None:
+    """Another tool cuts the stock in the same work system; nothing was said of this one."""
+    first = "G21 G90 G17\nT1 M6\nS900 M3\nG54 G0 X-10. Y0. A0. C0.\nG43 H1 Z20.\nG1 Z-2. F300.\nX10.\nG0 Z20.\nM5\n"
+    program = f"{first}T2 M6\nG43 H2 {second}\nG0 Z20.\nM30\n"
+    tools = {n: Tool(n, n, (0.0, 0.0, 80.0, *(0.0,) * 6), size) for n, size in ((1, 8.0), (2, diameter))}
+    box = vp.Box("the stock", (-40, -20, -20), (40, 20, 0), 1)
+    places = {"G54": (0, 0, 80), "G55": (0, 0, 80)}
+    options = vp.Options(dialect="fanuc", split_at_stops=True, tools=tools, wcs=places, stock=box)
+    findings = vp.check(program, "ac_trunnion", options, limits_only=True).findings
+    assert not [item for item in findings if item.severity == "error"]
+    found = [item.message for item in findings if item.code == "VP505"]
+    assert [f"tool 2 cuts nothing of the stock: its nearest cut, {said}" in one for one in found] == [True] * bool(said)

@@ -15,7 +15,7 @@ from verne_post.config.control_tables import merge_keys
 from verne_post.gcode.languages import NO_PROGRAM
 from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.gcode.missing_setup import LENGTH_KEY
-from verne_post.gcode.program_error import CHECK_CALLER, IS_SUBPROGRAM
+from verne_post.gcode.program_error import CHECK_CALLER, LIKE_SUBPROGRAM
 from verne_post.gcode.read import read_past_errors
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError
@@ -95,7 +95,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         found, hidden, moves = _find_errors(source, machine, _assume(options, keys))
         subprogram = subprogram or next((item for item in found if item.message.endswith(CHECK_CALLER)), None)
         new = [key for item in (*found, *hidden) for key in item.settled_by if key not in keys]
-        if not new or any(item.code == NO_PROGRAM or item.message.startswith(IS_SUBPROGRAM) for item in found):
+        if not new or any(item.code == NO_PROGRAM or item.message.startswith(LIKE_SUBPROGRAM) for item in found):
             break
         keys |= dict.fromkeys(new)
     split = options.split_at_stops or SPLIT_KEY in keys

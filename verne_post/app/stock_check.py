@@ -13,7 +13,7 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.printable import join_names, quote_key
 from verne_post.base.ragged import number_parts
-from verne_post.base.rotations import find_axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles, rotate_z
 from verne_post.base.stopping import check_wanted
 from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.kinematics.checks.clearance import find_straight
@@ -208,33 +208,69 @@ def _report_untouched(program: Program, keep_out: KeepOut, box: Placed) -> list[
     is_doubted = any(one.code == "VP505" and one.message.startswith(f"{box.name}:") for one in program.findings)
     if options.from_line is not None or options.air or is_doubted:
         return []
-    gap, row = _find_gap(program, keep_out, box)
-    if not NEAR_STOCK_MM < gap < np.inf:
+    gaps, rows = _find_gaps(program, keep_out, box)
+    nearest = int(gaps.argmin())
+    if gaps[nearest] <= NEAR_STOCK_MM:
+        return list(_report_tools_in_air(program, keep_out, box, gaps, rows))
+    if gaps[nearest] == np.inf:
         return []
+    row = int(rows[nearest])
     frame = program.moves.frames[program.moves.frame[path.move[row]]]
     name, number = name_system(frame.system), int(path.number_lines(np.array([row]))[0])
     remedy = f"correct {name} or [stock]"
     if not box.with_part and frame.system in WORK_SYSTEMS:
         origin = np.array(program.machine.find_origin_on_table(frame))
         there = box.move(turn_from_setup(program.machine.coordinates, origin))
-        if _find_gap(program, keep_out, there)[0] <= NEAR_STOCK_MM:
+        if _find_gaps(program, keep_out, there)[0].min() <= NEAR_STOCK_MM:
             remedy += f', or write system = "{name}" under [stock] if its numbers are those of the program'
     text = (
-        f"no cut comes into {box.name}: the nearest, of {path.called_lines.name_line(number)}, is {gap:.1f} mm or "
-        f"more away from it; {remedy}"
+        f"no cut comes into {box.name}: the nearest, of {path.called_lines.name_line(number)}, is "
+        f"{gaps[nearest]:.1f} mm or more away from it; {remedy}"
     )
     item = make_finding("VP505", text, line=number, last_line=number, worst_line=number, advice="")
     return [path.called_lines.place(item)]
 
 
-def _find_gap(program: Program, keep_out: KeepOut, box: Placed) -> tuple[float, int]:
-    """How far the cuts keep from a box at least, mm, and the segment that comes nearest; infinite without cuts.
+def _report_tools_in_air(
+    program: Program, keep_out: KeepOut, box: Placed, gaps: Array, rows: Ints
+) -> Iterator[Finding]:
+    """VP505 of each tool that cuts nothing of the stock, in a work system in which another tool does.
 
-    The cuts of the first block of segments that reach the box end the search.
+    A tool without a diameter is none that cuts, as a probe; nor is one whose spindle is never started. In a work system
+    of its own a tool may cut another part.
     """
-    path, moving, nearest, at = program.path, keep_out.moving, np.inf, -1
+    path, moves, tool = program.path, program.moves, keep_out.moving.tool
+    starts = [one.before for one in moves.events if one.kind == "spindle" and one.data["direction"] != "stop"]
+    started_tools = set(find_tool_of_moves(np.array(starts, dtype=np.int64), 0, moves).tolist())
+    systems = np.array([frame.system for frame in moves.frames])[moves.frame]
+    cut_systems = set(systems[path.move[rows[gaps <= NEAR_STOCK_MM]]].tolist())
+    for k in np.flatnonzero((gaps > NEAR_STOCK_MM) & np.isfinite(gaps)).tolist():
+        cuts = np.flatnonzero((tool == k) & (path.feed_time > 0) & (path.move >= 0))
+        of_tool = int(find_tool_of_moves(path.move[cuts[:1]], path.first_move, moves)[0])
+        if not keep_out.moving.shapes[k] or of_tool not in started_tools:
+            continue
+        if not set(systems[path.move[cuts]].tolist()) <= cut_systems:
+            continue
+        first, last, nearest = path.number_lines(np.array([cuts[0], cuts[-1], rows[k]])).tolist()
+        text = (
+            f"{describe_tool_number(of_tool, moves.name_tools())} cuts nothing of {box.name}: its nearest cut, of "
+            f"{path.called_lines.name_line(nearest)}, is {gaps[k]:.1f} mm or more away from it, and other tools cut "
+            f"it; is a height wrong, its sign, or [stock]?"
+        )
+        lines = {"line": first, "last_line": max(first, last), "worst_line": nearest}
+        yield path.called_lines.place(make_finding("VP505", text, **lines, advice=""))
+
+
+def _find_gaps(program: Program, keep_out: KeepOut, box: Placed) -> tuple[Array, Ints]:
+    """How far the cuts of each tool (n,) keep from a box at least, mm, and the segment that comes nearest.
+
+    A tool without cuts has an infinite gap. The first block of segments in which it reaches the box ends its search.
+    """
+    path, moving = program.path, keep_out.moving
+    nearest, at = np.full(len(moving.shapes), np.inf), np.zeros(len(moving.shapes), dtype=np.intp)
     for begin, end in iterate_blocks(len(path)):
-        rows = begin + np.flatnonzero((path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0))
+        sought = (nearest > NEAR_STOCK_MM)[moving.tool[begin:end]]
+        rows = begin + np.flatnonzero(sought & (path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0))
         if not len(rows):
             continue
         sizes = np.column_stack([moving.tool[rows], np.round(path.tool_length[rows], 6)])
@@ -249,16 +285,20 @@ def _find_gap(program: Program, keep_out: KeepOut, box: Placed) -> tuple[float, 
             one[:, :3] + part * height[:, None] * axis for one, axis in zip(ends, axes, strict=True) for part in (0, 1)
         ]
         inside = np.array([box.map_inside(one) for one in points])
-        # an arc or a spline stays within half of its length of one of its ends, and a tool that turns within its height
+        sides = [rotate_z(one, -box.turn) for one in axes]
+        # around a cylinder stands an upright box, which is wider than its axis across this, and not along it
+        across = np.sqrt(np.maximum(1.0 - np.minimum(*np.square(sides)), 0.0))
+        # an arc or a spline stays within half of its length of one of its ends, and a tool that turns within its size
         bulge = np.where(path.kind[rows] == SegmentKind.LINE, 0.0, 0.5 * path.length[rows])
-        reach = radius + bulge + height * np.linalg.norm(axes[1] - axes[0], axis=1)
-        off = np.maximum(inside.min(axis=0) - box.half, -box.half - inside.max(axis=0)) - reach[:, None]
+        bulge += (height + radius) * np.linalg.norm(axes[1] - axes[0], axis=1)
+        reach = radius[:, None] * across + bulge[:, None]
+        off = np.maximum(inside.min(axis=0) - box.half, -box.half - inside.max(axis=0)) - reach
         gaps = np.linalg.norm(np.maximum(off, 0.0), axis=1)
-        least = int(gaps.argmin())
-        if gaps[least] < nearest:
-            nearest, at = float(gaps[least]), int(rows[least])
-        if nearest <= NEAR_STOCK_MM:
-            break
+        order = np.lexsort((gaps, moving.tool[rows]))
+        used, first = np.unique(moving.tool[rows[order]], return_index=True)
+        least = order[first]
+        nearer = gaps[least] < nearest[used]
+        nearest[used[nearer]], at[used[nearer]] = gaps[least[nearer]], rows[least[nearer]]
     return nearest, at
 
 

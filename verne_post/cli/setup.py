@@ -62,7 +62,7 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     verne-post setup part.nc
     """
     from verne_post.gcode.languages import NO_PROGRAM
-    from verne_post.gcode.program_error import IS_SUBPROGRAM
+    from verne_post.gcode.program_error import LIKE_SUBPROGRAM
     from verne_post.model.findings import InputError
 
     name = show_name(input_name)
@@ -82,7 +82,7 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
             text, missing, others, said = _extend_setup(name, source, machine, options, before, given)
         if unread := [item for item in others if item.code == NO_PROGRAM]:
             raise InputError(*unread)
-        if any(item.message.startswith(IS_SUBPROGRAM) for item in others):
+        if any(item.message.startswith(LIKE_SUBPROGRAM) for item in others):
             raise InputError(*others)
     except InputError as error:
         return refuse(name, error)
@@ -191,12 +191,12 @@ def make_setup(
 def _list_others(name: str, draft: "SetupDraft") -> "tuple[Finding, ...]":
     """Errors that a set-up does not settle; of a subprogram, that it is one: its caller has the set-up."""
     from verne_post.cli.callers import name_caller
-    from verne_post.gcode.program_error import IS_SUBPROGRAM
+    from verne_post.gcode.program_error import LIKE_SUBPROGRAM
 
     if draft.subprogram is None:
         return draft.others
     found = name_caller(dict.fromkeys((*draft.others, draft.subprogram)), name)
-    return found if any(item.message.startswith(IS_SUBPROGRAM) for item in found) else draft.others
+    return found if any(item.message.startswith(LIKE_SUBPROGRAM) for item in found) else draft.others
 
 
 def _list_doubts(source: "Text", draft: "SetupDraft", options: "Options") -> list[str]:

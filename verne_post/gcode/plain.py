@@ -288,10 +288,11 @@ def _execute(
         words[:, _LINEAR] *= MM_PER_INCH
     end = np.where(given[:, :9], words, state.position)
     bad = _find_refused(lines, first, last, setup, state, view, feeds, feed)
-    if core.warns_of_idle_feed:  # the general interpreter warns of F in a block that an earlier G0 moves
+    if core.warns_of_idle_feed or core.doubts_rapid_feeds:  # the general interpreter looks at F in a block of a rapid
         numbers = np.arange(first, last)
         row = lines.row[first:last]
-        idle = moves & (motion == 0) & (row[:, _F] == numbers) & (row[:, _G] != numbers)
+        is_told = np.where(row[:, _G] == numbers, core.doubts_rapid_feeds, core.warns_of_idle_feed)
+        idle = moves & (motion == 0) & (row[:, _F] == numbers) & is_told
         bad = idle if bad is None else bad | idle
     arcs = None if point is not None else _find_arcs(lines, first, last, moves, motion, end, state, view)
     if arcs is not None:
@@ -382,7 +383,7 @@ def _execute_alike(lines: PlainLines, first: int, last: int, core: Machining, vi
     mask, axes, has_feed, has_code = _find_named_words(bits)
     motion = 10 * int(lines.filled_words[first, _G]) if has_code else view.motion or 0
     feed = float(lines.filled_words[first, _F]) if has_feed else state.feed
-    if motion == 0 and has_feed and not has_code and core.warns_of_idle_feed:
+    if motion == 0 and has_feed and (core.doubts_rapid_feeds if has_code else core.warns_of_idle_feed):
         return False
     if motion > 10 or (motion == 10 and feed == 0.0) or (not has_feed and feed != state.feed_angular):
         return False

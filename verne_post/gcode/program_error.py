@@ -73,6 +73,8 @@ def refuse_missing(what: str, missing: Sequence[tuple[str, str]]) -> ProgramErro
 
 #: How the error of a subprogram begins that is read without its caller.
 IS_SUBPROGRAM: Final = "this is a subprogram"
+#: The same, and of one that may be a program too.
+LIKE_SUBPROGRAM: Final = (IS_SUBPROGRAM, "is this a subprogram?")
 #: How an error ends that says so, or that it may be one.
 CHECK_CALLER: Final = "check the program that calls it"
 #: Where a value is given, and a sign of comparison stands.

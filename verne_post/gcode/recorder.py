@@ -188,6 +188,8 @@ class Recorder(Struct):
     changes: int = 0  #: Of tools, so far.
     #: By that number: the move of the last F beside a rapid that a cut may use, and what is told if none does.
     idle_feeds: dict[int, tuple[int, Finding]] = field(default_factory=dict)
+    #: Of F beside G0 and Z alone: the move, F in mm/min, and what is told if a cut at this height has a larger one.
+    plunge_feeds: list[tuple[int, float, Finding]] = field(default_factory=list)
     language: str = ""
     first_cut: int = 0
     machine_moves: list[int] = field(default_factory=list)
@@ -678,7 +680,11 @@ class Recorder(Struct):
             named_changes=tuple(self.named_changes),
             aimed_changes=tuple(self.aimed_changes),
             assumed_axes=self.assumed_axes,
-            findings=(*self.warnings.values(), *_find_idle_feed(self, table["kind"], table["end"])),
+            findings=(
+                *self.warnings.values(),
+                *_find_idle_feed(self, table["kind"], table["end"]),
+                *_find_plunge_feed(self.plunge_feeds, table["kind"], table["end"], table["feed"]),
+            ),
             **table,
         )
 
@@ -696,3 +702,27 @@ def _find_idle_feed(recorder: Recorder, kind: NDArray[np.int8], end: Array) -> t
         if rises and not is_cut.any() and not any(begin <= one <= moves.stop for one in others):
             return (item,)
     return ()
+
+
+def _find_plunge_feed(
+    feeds: list[tuple[int, float, Finding]], kind: NDArray[np.int8], end: Array, feed: Array
+) -> tuple[Finding, ...]:
+    """The first rapid down to a height at which a cut with a larger F than that of the rapid begins.
+
+    The cut may only rise from there. Nothing where F of another rapid serves neither: the post gives it to rapids.
+    """
+    found: list[Finding] = []
+    height = end[:, 2] if feeds else np.empty(0)
+    changes = np.flatnonzero(np.diff(height)) + 1
+    for move, own_feed, item in feeds:
+        if move + 1 >= len(kind) or kind[move + 1] not in (MoveKind.FEED, MoveKind.ARC):
+            return ()
+        if math.isclose(feed[move + 1], own_feed):
+            continue
+        goes_down = move > 0 and height[move] < height[move - 1] and kind[move] == MoveKind.RAPID
+        if not goes_down or height[move + 1] != height[move] or feed[move + 1] < own_feed:
+            return ()
+        left = changes[np.searchsorted(changes, move, side="right") :][:1]  # a plunge from here: it was above the part
+        if not len(left) or height[left[0]] > height[move]:
+            found.append(item)
+    return tuple(found[:1])

@@ -7,7 +7,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_end, remove_remarks, split_lines
-from verne_post.gcode.program_error import CHECK_CALLER, IS_SUBPROGRAM
+from verne_post.gcode.program_error import CHECK_CALLER, IS_SUBPROGRAM, LIKE_SUBPROGRAM
 from verne_post.gcode.recorder import Recorder
 from verne_post.model.findings import Finding, make_finding
 
@@ -26,6 +26,8 @@ _BEGIN: Final = re.compile(r"(?:\d+\s+)?(?:BEGIN\s+PGM|(LBL\s+\S++))(?!\S)", re.
 OF_WORDS: Final = ("VP001", "VP002", "VP003", "VP004", "VP022", "VP023", "VP032")
 #: Errors of a text that a caller may settle: it brings the feed rate, the end, the tool, the places and the variables.
 _OF_CALLERS: Final = ("VP009", "VP010", "VP012", "VP013", "VP024", "VP025")
+#: How a program in a dialect calls its tool, where it is not T and M6.
+_TOOL_CALLS: Final = {"heidenhain": "TOOL CALL", "siemens": "T, D and M6"}
 
 
 def is_of_words(item: Finding) -> bool:
@@ -109,6 +111,11 @@ def explain_subprogram(source: Text, found: list[Finding], dialect: str, name: s
     line, why = sign
     where = {"line": line, "last_line": line, "worst_line": line}
     text = f"{IS_SUBPROGRAM}: it calls no tool, and {why}; {CHECK_CALLER}"
+    if not (why.endswith("begins it") or name.lower().endswith(".spf")):  # a program may end so
+        text = (
+            f"{LIKE_SUBPROGRAM[1]} it calls no tool, and {why}; if it is a program, call its tool "
+            f"({_TOOL_CALLS.get(dialect, 'T and M6')}) and end it with M30; if it is a subprogram, {CHECK_CALLER}"
+        )
     return keep_one(found, make_finding("VP010", text, advice="", **where))
 
 

@@ -65,7 +65,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     ("VP009", "feed rate missing", "error",
      "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each "
      "block needs it. As a warning: a tool cuts at the feed rate of the tool before it, or a block with F moves in "
-     "rapid traverse, because an earlier G0 is still active.",
+     "rapid traverse, because an earlier G0 is still active or G0 stands where G1 is meant (G0 Z-2 F300).",
      ""),
     ("VP010", "program does not end", "error",
      "The file ends without M2, M30 or a closing %. Two cases are warnings, because a control may not load such "
@@ -449,8 +449,11 @@ CODES: Final[dict[str, Code]] = _make_table(
      "The file does not begin at the start pose, does not end at the last pose, or skips a segment.",
      "Do not run the file. Convert the program again, and verify the new file."),
     ("VP413", "rows out of order", "error",
-     "The rows do not follow the program in its order.",
-     "Do not run the file. Convert the program again, and verify the new file."),
+     "The rows do not follow the program in its order: they run back along a line, leave a line out, or belong to "
+     "a line that is not the next. The file was changed after the conversion, the program was, or verify has other "
+     "options than the conversion.",
+     "Do not run the file. Give verify the options of the conversion, --from and --to too. If the error stays, "
+     "convert the program again, verify the new file, and copy that one to the control."),
     ("VP414", "setpoint file out of date", "error",
      "The setpoint file was made with another program, machine file, work offset, tool length or option, or the "
      "index of its parts does not say what a conversion writes.",
@@ -483,7 +486,8 @@ CODES: Final[dict[str, Code]] = _make_table(
      "probably not intended. Most often it is in another unit. It is in the machine file, the command line, the "
      "set-up or the program. Or two cuts before a cut and two after it go on evenly, and so would this one with ten "
      "times or a tenth of one of its words. Or a rapid goes down below every cut of its tool, mostly to a height with "
-     "the wrong sign. Or no cut comes into the stock, which may stand elsewhere: its numbers are read from the table "
+     "the wrong sign. Or a tool cuts nothing of the stock that another tool cuts in the same work system. Or no cut "
+     "at all comes into the stock, which may stand elsewhere: its numbers are read from the table "
      "unless it has a system. Or the set-up was written for another machine, where places and lengths may count from "
      "other points. The pitch of a tap is in doubt where it exceeds the diameter of the tool or 8 mm, is below 0.15 "
      "mm, or is not that of the thread in the remark of the tool. M8X1 there allows 0.85 to 1.15 times 1 mm, and M8 "

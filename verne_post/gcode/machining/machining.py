@@ -40,6 +40,8 @@ _X, _Y, _Z = 0, 1, 2
 _ROTARY: Final = (3, 4, 5)
 #: 1 - cosine of the angle between an arc's axis and X, Y or Z that is rounding.
 _IN_PLANE: Final = 1e-14
+#: So many rapids down with an F are looked at.
+_MOST_PLUNGES: Final = 1000
 MAX_DWELL_S: Final = 86_400.0
 #: The kind of VP056 that the moves beside an arc may answer.
 OTHER_PLANE: Final = "plane of an arc"
@@ -224,6 +226,26 @@ def warn_of_idle_feed(core: "Machining", at: At, feed: float, *, may_be_used: bo
             recorder.idle_feeds[recorder.changes] = recorder.count, item
 
 
+def note_rapid_feed(core: "Machining", at: At, feed: float, *, names_only_z: bool) -> None:
+    """F beside G0 in the block of the next move: of a plunge it may be what G1 was meant for, until others have F too.
+
+    A post that gives F to rapids gives it to those along X and Y.
+    """
+    recorder = core.recorder
+    if not names_only_z or core.state.feed_mode != FeedMode.PER_MINUTE:
+        core.doubts_rapid_feeds = False
+        recorder.plunge_feeds.clear()
+    if core.doubts_rapid_feeds:
+        text = (
+            f"F{feed:g} is not used: G0 goes down in rapid traverse, and the next cut has its own F; did you mean G1?"
+        )
+        edit = Remedy("write G1", "1", line=at.line, word=("G", 0.0), is_choice=True)
+        recorder.warn("VP009", text, at.line, None, severity="warning", edits=(edit,))
+        item = recorder.warnings.pop((recorder.lines.find_own(at.line), "VP009"))
+        recorder.plunge_feeds.append((recorder.count, core.state.feed, item))
+        core.doubts_rapid_feeds = len(recorder.plunge_feeds) < _MOST_PLUNGES
+
+
 def _spell_angle(letter: str, value: float) -> str:
     """``C90``; beyond a turn also the angle within it, which the program may have written: C450 (C90 and one turn)."""
     turns = int(abs(value) // 360.0)
@@ -267,6 +289,7 @@ class Machining:
             str, int
         ] = {}  #: G0, arc (G2, G3), G91, plane, length: where the word that is in force stands.
         self.warns_of_idle_feed = True  #: Until the first.
+        self.doubts_rapid_feeds = True  #: Until F stands beside G0 with X or Y.
 
     # --- what must be known, and what must not be -----------------------------------------------------
 

@@ -33,6 +33,7 @@ from verne_post.gcode.machining.machining import (
     Machining,
     explain_g91,
     note_g91,
+    note_rapid_feed,
     note_word,
     warn_of_idle_feed,
 )
@@ -235,6 +236,8 @@ class Rs274(Language):
         elif motion is not None and motion != 800:
             if motion == 0 and "F" in block.words and "motion" not in g and "machine coordinates" not in g:
                 warn_of_idle_feed(self.core, block, block.words["F"])
+            elif motion == 0 and "F" in block.words and "machine coordinates" not in g:
+                note_rapid_feed(self.core, block, block.words["F"], names_only_z=block.words.keys() == {"Z", "F"})
             self.motion.move(block, motion, machine="machine coordinates" in g)
         self._execute_stops(block, m)
         self._execute_call(block, m)
@@ -264,6 +267,8 @@ class Rs274(Language):
             self.functions.set_feed(block, {})
             if motion == 0 and not block.codes:
                 warn_of_idle_feed(self.core, block, words["F"])
+            elif motion == 0:
+                note_rapid_feed(self.core, block, words["F"], names_only_z=words.keys() == {"Z", "F"})
         assert motion is not None
         if block.codes and (name := MOTION_LINES.get(motion)):
             note_word(self.core, name, block.line)

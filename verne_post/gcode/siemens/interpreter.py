@@ -11,6 +11,7 @@ from verne_post.gcode.machining.machining import (
     MAX_DWELL_S,
     explain_g91,
     note_g91,
+    note_rapid_feed,
     note_word,
     warn_of_idle_feed,
     warn_of_long_dwell,
@@ -284,9 +285,13 @@ class SiemensInterpreter:
             return False
         if modes.motion in ("G0", "G1"):
             kind = MoveKind.RAPID if modes.motion == "G0" else MoveKind.FEED
-            if kind == MoveKind.RAPID and "F" in words.words and words.find_code("motion") is None:
-                # F beside X and Y is for the drilling cycle that follows
-                warn_of_idle_feed(self.core, block, words.words["F"].value, may_be_used=2 not in places)
+            if kind == MoveKind.RAPID and "F" in words.words:
+                feed = words.words["F"].value
+                if words.find_code("motion") is None:
+                    # F beside X and Y is for the drilling cycle that follows
+                    warn_of_idle_feed(self.core, block, feed, may_be_used=2 not in places)
+                else:
+                    note_rapid_feed(self.core, block, feed, names_only_z=[*places] == [2])
             try:
                 self.motion.run_line(block, kind, places, vector)
             except ProgramError as error:

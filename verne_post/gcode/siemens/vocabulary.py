@@ -283,6 +283,8 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("G58", "G59"), "programmable offsets of single axes; write TRANS or ATRANS"),
     **dict.fromkeys(("G74", "G751", "G28", "G30"), "reference points; retract with G75, or SUPA G0 Z and D0"),
     **dict.fromkeys(("G43", "G44", "G49"), "tool lengths of Fanuc; write D1 for the length of the tool, D0 for none"),
+    **dict.fromkeys(("G43.4", "G43.5"), "tool-centre-point control of Fanuc; write TRAORI, and D1 for the tool length"),
+    **dict.fromkeys(("G68.2", "G68.3", "G68.4"), "tilted planes of Fanuc; write CYCLE800"),
     **dict.fromkeys(("G73", "G76", "G80", "G81", "G82", "G83", "G84", "G85", "G86", "G87", "G88", "G89", "G98", "G99"),
                     "cycles of Fanuc; write CYCLE81 to CYCLE86, which MCALL before them repeats, and MCALL alone ends"),
     **dict.fromkeys(("G20", "G21"), "units of Fanuc; write G700 for inches, G710 for mm"),

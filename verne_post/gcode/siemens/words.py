@@ -90,6 +90,8 @@ _COMMON_CODES: Final = [
 ]
 #: A G function with a blank in its number.
 _DIVIDED_CODE: Final = re.compile(r"G(\d+)[ \t]+(\d+)(?![\w.])", re.IGNORECASE)
+#: A G function with a point in its number, which other controls have.
+_POINTED_CODE: Final = re.compile(r"G\d++\.\d++", re.IGNORECASE)
 #: An address, a sign and a name.
 _SIGNED_NAME: Final = re.compile(r"([A-Za-z]\w*)[-+]([A-Za-z_$]\w*)")
 #: A text after two quotes.
@@ -484,7 +486,9 @@ class WordReader:
             text = "a block number stands at the beginning of its block; write the letter that is meant, such as M"
             raise cursor.error("VP001", f"{cursor.text[at:].split()[0]}: {text}", at)
         if letter not in ADDRESSES or letter in "GML":
-            raise self._make_unknown_error(letter, cursor, at)
+            point_code = _POINTED_CODE.match(text, at)
+            name = letter if point_code is None else point_code[0].upper()
+            raise self._make_unknown_error(name if name in REFUSED_WORDS else letter, cursor, at)
         cursor.at += 1
         sign = -1.0 if cursor.skip() == "-" else 1.0
         if cursor.text[cursor.at] in "+-":
