@@ -406,6 +406,32 @@ def test_a_remark_above_the_change_of_tools_is_about_its_tool(
 
 
 @pytest.mark.parametrize(
+    ("remark", "sizes", "second"),
+    [
+        ("(D=10. CR=0. - FLAT)", (10, None), ""),
+        ("(D=8. CR=4. - BALL)\n(FINE)", (8, 4), ""),
+        ("(PART)\n(FLAT END MILL D=12)", (12, None), ""),
+        ("(TOOL: D=6)", (6, None), ""),
+        ("(D=10. CR=0. - FLAT)", (None, None), "T2 M6\nG43 H2\nG1 X9\n"),
+        ("(T1 FLAT D=10)\n(D=8 CR=4)", (10, None), ""),
+        ("(T2 D=8 CR=4)", (None, None), ""),
+        ("(D=50)", (None, None), ""),
+        ("(FLANGE D=50 CR=2)", (None, None), ""),
+        ("(TOOL STEEL D=50)", (None, None), ""),
+        ("(PLATE D=20 BY 10MM DRILL)", (None, None), ""),
+        ("(D=8 CR=4)\n(D=10 CR=0)", (None, None), ""),
+    ],
+)
+def test_a_remark_without_a_tool_is_about_the_only_one(
+    remark: str, sizes: tuple[float | None, float | None], second: str, run: Run, tmp_path: Path
+) -> None:
+    path, start = tmp_path / "a.nc", "G90 G94\nT1 M6\nG43 H1\nS900 M3\nG0 X0 Y0 Z20 A0 C0\nG1 X1 F600\n"
+    path.write_text(f"{remark}\n{start}{second}M2\n", "utf-8")
+    tool = tomllib.loads(run("setup", path, "-o", "-").out)["tools"]["1"]
+    assert (tool.get("diameter"), tool.get("corner_radius")) == sizes
+
+
+@pytest.mark.parametrize(
     ("remark", "diameter", "corner"),
     [
         ("D=8 CR=4 - ball end mill", 8, 4),

@@ -227,10 +227,21 @@ def _take_sizes(
     """
     from verne_post.base.long_text import decode_lines
     from verne_post.config.setup_form import list_missing
-    from verne_post.gcode.remarks import find_corner_radius, find_tool_diameters, find_tool_remarks
+    from verne_post.gcode.remarks import (
+        find_corner_radius,
+        find_remark_of_one_tool,
+        find_tool_diameters,
+        find_tool_remarks,
+    )
+    from verne_post.model.moves import list_tool_changes
 
     remarks = find_tool_remarks(decode_lines(source), dialect)
     named = find_tool_diameters(source, remarks)
+    called = {number for _change, number in list_tool_changes(draft.moves.events)} - {0} if draft.moves else set()
+    is_only = len(called) == len(draft.tools) == 1 and not draft.tools.keys() & named.keys()
+    if is_only and (own := find_remark_of_one_tool(decode_lines(source), dialect)):
+        remarks |= dict.fromkeys(draft.tools, own)
+        named = find_tool_diameters(source, remarks)
     taken = {key: named[key] for key, (_, given) in draft.tools.items() if not given and key in named.keys() - known}
     tools = {key: (length, taken.get(key, diameter)) for key, (length, diameter) in draft.tools.items()}
     found = {key: find_corner_radius(remarks[key], diameter) for key, diameter in taken.items()}

@@ -322,6 +322,36 @@ def find_corner_radius(remark: str, diameter: float) -> float:
     return found.pop() if len(found) == 1 and max(found) <= 0.5 * diameter else 0.0
 
 
+#: A remark in the head that is about a tool, without its number, has one of the first; with one of the last it is about
+#: something else.
+_WORD_OF_TOOL: Final = re.compile(r"(?<![\w.])CR\s*+=|^\W*(?:TOOL|WERKZEUG|OUTIL)\b", re.IGNORECASE)
+_OTHER_BODY: Final = re.compile(
+    r"\b(?:HOLE|BORE|STOCK|BLANK|BAR|FLANGE|BOSS|POCKET|SHANK|HOLDER|STEEL|ROHTEIL|BOHRUNG|TASCHE|SCHAFT\b|HALTER)",
+    re.IGNORECASE,
+)
+
+
+def find_remark_of_one_tool(lines: Iterable[str], dialect: str) -> str:
+    """The remark above the first change of tools that gives a diameter, such as ``(D=10. CR=0. - FLAT)``, and no tool.
+
+    It is about the one tool of a program with one. Empty where there is none, or several give different diameters.
+    """
+    alone, head = re.compile(_REMARKS[dialect], re.IGNORECASE), list(islice(lines, _TOOL_LINES))
+    first = next((change.line for change in list_tool_changes(head, dialect)), 0)
+    found = dict[str, set[float]]()
+    for line in head[:first]:
+        match, about = alone.match(line), _TOOL_REMARK.match(line)
+        text = make_printable("".join(group or "" for group in match.groups()).strip()) if match else ""
+        size = _DIAMETER.search(text)
+        kind = None if size is None else _KIND.search(text)
+        is_of_kind = size is not None and kind is not None and (size.start() == 0 or size.start() > kind.start())
+        is_other = (about is not None and about["number"]) or _OTHER_TOOL.search(text) or _OTHER_BODY.search(text)
+        if size is not None and not is_other and (is_of_kind or _WORD_OF_TOOL.search(text)):
+            found[text] = _list_diameters(text, "")
+    sizes = set[float]().union(*found.values())
+    return next(iter(found)) if len(sizes) == 1 else ""
+
+
 def _list_diameters(remark: str, tool: str) -> set[float]:
     """Every number, mm, that a remark about a tool gives as a diameter."""
     names = " ".join(re.findall(r'"[^"]*"', remark))
