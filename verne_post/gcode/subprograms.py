@@ -107,9 +107,8 @@ def explain_subprogram(source: Text, found: list[Finding], dialect: str, name: s
         message = f"{found[at].message}; if this is a subprogram, {CHECK_CALLER}"
         return [replace(item, message=message, advice="") if n == at else item for n, item in enumerate(found)]
     line, why = sign
-    where = {"line": line, "last_line": line, "worst_line": line}
     text = f"{IS_SUBPROGRAM}: it calls no tool, and {why}; {CHECK_CALLER}"
-    return keep_one(found, make_finding("VP010", text, advice="", **where))
+    return keep_one(found, make_finding("VP010", text, advice="", line=line))
 
 
 def keep_one(found: Iterable[Finding], subprogram: Finding) -> list[Finding]:
