@@ -47,7 +47,7 @@ def check_arcs(moves: Moves, from_move: int = 0) -> Iterator[Finding]:
             meant = f"is the other sign of {_RADII.get(moves.language, 'R')} meant?"
         meets = "goes back on both moves beside it" if doubt == "sense" else "meets both moves beside it at an angle"
         text = f"the arc of {sweep:.4g} deg {meets}, and one of {360.0 - sweep:.4g} deg would continue them: {meant}"
-        found[doubt] = make_finding("VP056", text, line=line, last_line=line, worst_line=line)
+        found[doubt] = make_finding("VP056", text, line=line)
     yield from found.values()
 
 

@@ -522,8 +522,6 @@ def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[
             code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
             what = "a tool change" if event.kind == "tool" else code
             text = f"{what} after the motion has begun: setpoints cannot wait"
-            line = event.own_line or event.line
-            where = {"line": line, "last_line": line, "worst_line": line}
-            item = make_finding("VP014", text, **where, settled_by=(SPLIT_KEY,))
+            item = make_finding("VP014", text, line=event.own_line or event.line, settled_by=(SPLIT_KEY,))
             found.append((event.before, moves.called_lines.place(item)))
     return found

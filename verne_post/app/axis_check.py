@@ -105,7 +105,7 @@ def _report(old: Finding | None, language: str, line: int, component: int, value
     if (flipped := flip_component(text, language, component)) is not None:
         wrong, right, _value = flipped
         edits = (Remedy(f"write {right}", right, line=line, misspelt=wrong, turns=True, is_choice=True),)
-    return make_finding("VP056", said, line=line, last_line=line, worst_line=line, edits=edits)
+    return make_finding("VP056", said, line=line, edits=edits)
 
 
 def _find_doubtful(axis: Array, tip: Array, kind: NDArray[np.int8]) -> Iterator[tuple[int, int]]:
@@ -242,6 +242,5 @@ def _describe_angle(moves: Moves, at: int, axis: int, factor: float, code: str, 
         f"before and after it: is {letter}{right} meant?"
     )
     edit = Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True)
-    where = {"column": find_address(text, letter), "last_line": line, "worst_line": line}
     edits = (edit,) if find_word_of(text, letter, value) else ()
-    return make_finding(code, said, line=line, edits=edits, **where)
+    return make_finding(code, said, line=line, column=find_address(text, letter), edits=edits)

@@ -37,7 +37,7 @@ def check_block_ends(source: Text, options: Options) -> Iterator[Finding]:
             f"{decode_line(tail).strip(' ;')} is read as a remark and not executed, because it stands after a "
             "semicolon; a control may take that for the end of a block and execute what follows"
         )
-        where = {"line": line, "last_line": line, "worst_line": line, "column": len(decode_line(head)) + 1}
-        found = make_finding("VP001", text, severity="warning", advice=_ADVICE, **where)
+        column = len(decode_line(head)) + 1
+        found = make_finding("VP001", text, severity="warning", advice=_ADVICE, line=line, column=column)
     if found is not None:
         yield found

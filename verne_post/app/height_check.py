@@ -62,7 +62,7 @@ def check_heights(moves: Moves, begin: int = 0) -> Iterator[Finding]:
         )
         right = f"{-height:.6g}"
         edits = (Remedy(f"write Z{right}", right, line=line, word=("Z", height), is_choice=True),)
-        yield make_finding("VP505", text, line=line, last_line=line, worst_line=line, quantity=HEIGHT, edits=edits)
+        yield make_finding("VP505", text, line=line, quantity=HEIGHT, edits=edits)
         return
 
 

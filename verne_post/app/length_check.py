@@ -299,8 +299,7 @@ def check_lengths(
 
 def _report(line: int, text: str, edits: tuple[Remedy, ...], advice: str | None, *, is_error: bool) -> Finding:
     severity = "error" if is_error else "warning"
-    lines = {"line": line, "last_line": line, "worst_line": line}
-    return make_finding("VP034", text, severity=severity, edits=edits, advice=advice, **lines)
+    return make_finding("VP034", text, severity=severity, edits=edits, advice=advice, line=line)
 
 
 def _follows_stop(moves: Moves, line: int) -> bool:

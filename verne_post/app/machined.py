@@ -264,5 +264,6 @@ def _find_starts_inside(mesh: Mesh, motions: tuple[Motion, ...], code: str) -> l
         inside = start[is_inside(mesh, motion.tip[start])]
         for row in inside[:1]:
             text = f"{motion.name} is inside {mesh.name} at {describe_place(motion.tip[row])} where its motion begins"
-            found.append(make_finding(code, text, line=int(motion.line[row]), count=len(inside)))
+            where = {"line": int(motion.line[row]), "last_line": None, "worst_line": None}
+            found.append(make_finding(code, text, count=len(inside), **where))
     return found

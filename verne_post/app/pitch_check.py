@@ -54,7 +54,7 @@ def check_pitches(source: Text, moves: Moves, options: Options, from_move: int =
             line = take_line_of_move(source, options, moves.called_lines, tap.line)
             word, column = _find_word(remove_remarks(line, dialect), dialect)
             text = f"{tap.pitch:g} mm a turn is no pitch of this tap: {reason}; correct {word}"
-            yield make_finding("VP505", text, line=tap.line, last_line=tap.line, worst_line=tap.line, column=column)
+            yield make_finding("VP505", text, line=tap.line, column=column)
 
 
 def _find_word(line: str, dialect: str) -> tuple[str, int | None]:

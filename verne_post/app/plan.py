@@ -220,7 +220,7 @@ def _plan(
         "with the input shaper, no speed that was tried keeps tolerance and feed rate in the motion that begins in "
         f"line {line}"
     )
-    raise SolverError(make_finding("VP420", text, line=line, last_line=line, worst_line=line))
+    raise SolverError(make_finding("VP420", text, line=line))
 
 
 def _compute_least_seconds(program: Program) -> float:
@@ -257,7 +257,7 @@ def _require_rows(program: Program, rows: float) -> None:
         f"longest line takes {format_duration(float(seconds[slowest]))}"
     )
     line = int(lines[slowest])
-    raise make_input_error("VP035", text, line=line, last_line=line, worst_line=line)
+    raise make_input_error("VP035", text, line=line)
 
 
 class SpeedLimits(Struct, frozen=True, eq=False):

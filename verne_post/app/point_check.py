@@ -123,6 +123,4 @@ def _describe(ends: Array, axes: tuple[int, ...], factor: float, code: str, text
         edit = Remedy(f"write {letter}{right}", right, line=line, word=(letter, value), is_choice=True)
     said = f"{own} in this cut, and {before} and {after} in those before and after it: {meant}?"
     assert words[0] is not None
-    return make_finding(
-        code, said, line=line, last_line=line, worst_line=line, column=words[0].start() + 1, edits=(edit,)
-    )
+    return make_finding(code, said, line=line, column=words[0].start() + 1, edits=(edit,))

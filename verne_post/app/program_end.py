@@ -37,13 +37,13 @@ def find_unexecuted_moves(source: Text, moves: Moves) -> Iterator[Finding]:
         in_file = end.own_line >= LINES_OF_A_CALL
         text += f"delete {code}{' (a file that M98 calls ends with M99)' * (in_file and not moves.language)}"
         line = end.own_line if in_file else end.line
-        item = make_finding("VP051", f"{text} if it goes on", line=line, last_line=line, worst_line=line, count=1)
+        item = make_finding("VP051", f"{text} if it goes on", line=line, count=1)
         yield moves.called_lines.place(item)
     elif end is not None and len(moves) and (copy := _find_copy(source, end.line)):
         first, line = copy
         text = f"the program begins again, as in line {first}, after its end in line {end.line}, and nothing executes "
         text += "what follows; take one of the two out"
-        yield make_finding("VP051", text, line=line, last_line=line, worst_line=line, count=1)
+        yield make_finding("VP051", text, line=line, count=1)
 
 
 def _find_copy(source: Text, end: int) -> tuple[int, int] | None:
@@ -73,7 +73,7 @@ def report_no_motion(source: Text, moves: Moves) -> Finding:
         and b"".join(_list_lines_after(source, end.line)).strip()
     ):
         text = "% ends the program before its first motion, and lines follow it; delete %"
-        return make_finding("VP021", text, line=end.line, last_line=end.line, worst_line=end.line)
+        return make_finding("VP021", text, line=end.line)
     if end is None or not lines:
         return report_empty(source) or make_finding("VP021", "the program contains no motion")
     code, edits = end.data["code"], tuple[Remedy, ...]()
@@ -81,7 +81,7 @@ def report_no_motion(source: Text, moves: Moves) -> Finding:
     if code == "M30":
         text += ", or write M3 if the spindle is meant"
         edits = (Remedy("write M3", "3", line=end.line, word=("M", 30.0), is_choice=True),)
-    return make_finding("VP021", text, line=end.line, last_line=end.line, worst_line=end.line, edits=edits)
+    return make_finding("VP021", text, line=end.line, edits=edits)
 
 
 def _find_end(moves: Moves) -> Event | None:

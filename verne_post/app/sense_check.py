@@ -57,7 +57,7 @@ def check_senses(moves: Moves, machine: Machine) -> Iterator[Finding]:
                 "positive of the joint, in the machine file with the control"
             )
             advice = _CORRECT_ANGLES if is_measured else None
-            yield make_finding("VP054", text, line=line, last_line=line, worst_line=line, advice=advice)
+            yield make_finding("VP054", text, line=line, advice=advice)
             return
 
 

@@ -212,8 +212,7 @@ def _check_feeds(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
                 edits = (Remedy("write G94", "G94", line=line, way="before", is_choice=True),)
             # ten times as much is no cut at all: the machining time would be that of the machine's own limits
             severity = "error" if per_turn[at] and feed[at] >= 10.0 * turn.high else "warning"
-            where = {"line": line, "last_line": line, "worst_line": line}
-            yield make_finding("VP505", text, severity=severity, edits=edits, **where)
+            yield make_finding("VP505", text, severity=severity, edits=edits, line=line)
             return
 
 
@@ -254,7 +253,7 @@ def _check_slow_feed(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
             f"{f'write {code} before' if code else 'write MMPR in FEDRAT'}"
         )
         edits = (Remedy(f"write {code}", code, line=line, way="before", is_choice=True),) if code else ()
-        yield make_finding("VP505", text, line=line, last_line=line, worst_line=line, edits=edits)
+        yield make_finding("VP505", text, line=line, edits=edits)
         return
     if first < 0 or fastest < _TIMES_FASTER * moves.feed[first]:
         return
@@ -263,7 +262,7 @@ def _check_slow_feed(moves: Moves, cuts: Iterable[Ints]) -> Iterator[Finding]:
         f"{_name_feed(moves)} is {feed:.10g} mm/min here, and up to {fastest:.10g} mm/min in other cuts: "
         f"if it is in m/min, it must be {1e3 * feed:.10g} mm/min"
     )
-    yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
+    yield make_finding("VP505", text, line=line)
 
 
 def _propose_feed_a_minute(moves: Moves, cut: int) -> tuple[str, tuple[Remedy, ...]]:
@@ -342,7 +341,7 @@ def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Ite
             elif any(one is None for _at, one in chosen):
                 effect = "has an effect on rapids, and none on cuts"
         text = f"{spell_flag(name)} {value:g} {effect}: {why}"
-        yield make_finding("VP040", text, line=line, last_line=line, worst_line=line)
+        yield make_finding("VP040", text, line=line)
 
 
 def _check_uncalled_tools(moves: Moves, options: Options) -> Iterator[Finding]:
@@ -479,7 +478,6 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if first < 0:
         return []
     line, (a, c) = int(moves.line[first]), moves.end[first, [tilt, turn]] + 0.0  # no -0
-    where = {"line": line, "last_line": line, "worst_line": line}
     left = next((one for one in reversed(moves.tcp_ends) if one.before <= first), None)
     if left is not None and left.word != "G49":  # after which nothing says how they count
         letters = " and ".join(AXES[axis] for axis in (tilt, turn))
@@ -492,7 +490,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         )
         level = Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True)
         edits = (level,) if is_out and moves.kind[left.before] == MoveKind.RAPID else ()  # a cut may rely on its G1
-        return [make_finding("VP037", text, **where, edits=edits, advice="")]
+        return [make_finding("VP037", text, line=line, edits=edits, advice="")]
     lack = _name_lack(moves, first)
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
     kept = "on LinuxCNC, change nothing if its kinematics keep the tip (ignore VP037 then); otherwise "
@@ -508,7 +506,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     )
     instead = Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True, is_choice=True)
     shown = (instead,) if lack == _NO_TCP else ()
-    return [make_finding("VP037", text, **where, edits=shown, advice=IF_DIRECTIONS_ARE_MEANT)]
+    return [make_finding("VP037", text, line=line, edits=shown, advice=IF_DIRECTIONS_ARE_MEANT)]
 
 
 def _name_lack(moves: Moves, at: int) -> str:
@@ -534,7 +532,7 @@ def _report_rapid(moves: Moves, at: int, machine: Machine) -> Finding:
             "control would move the named axes of the machine alone; write the next G43.4 H before, in the block that "
             f"names X Y Z, or {turn}"
         )
-    return make_finding("VP037", text, line=line, last_line=line, worst_line=line, advice=IF_DIRECTIONS_ARE_MEANT)
+    return make_finding("VP037", text, line=line, advice=IF_DIRECTIONS_ARE_MEANT)
 
 
 def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Finding]:
@@ -573,7 +571,7 @@ def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Fi
                 f"{machine.rotary_side} to it; {turn}"
             )
             edits = (Remedy("write G53.1", "G53.1", line=line, word=("G", 68.2), way="below", is_above=True),)
-            yield make_finding("VP042", text, line=line, last_line=line, worst_line=line, edits=edits)
+            yield make_finding("VP042", text, line=line, edits=edits)
 
 
 def _find_naming_move(moves: Moves) -> int:

@@ -78,12 +78,12 @@ def check_source_text(source: Text, name: str, dialect: str) -> None:
             if count > LONGEST_LINE:
                 at = line + text.count(b"\n", 0, start)
                 said = f"the line has {count} characters outside remarks; at most {LONGEST_LINE} are read"
-                found = make_finding("VP001", said, advice=_DIVIDE, line=at, last_line=at, worst_line=at)
+                found = make_finding("VP001", said, advice=_DIVIDE, line=at)
                 raise InputError(find_language(source, [found], language) or found)
         if b"\r" in text and (stray := _STRAY_RETURN.search(text)) is not None:
             line += text.count(b"\n", 0, stray.start())
             why = "a carriage return is inside the line; end lines with a line feed, alone or after a carriage return"
-            raise make_input_error("VP022", f"{name}: {why}", line=line, last_line=line, worst_line=line)
+            raise make_input_error("VP022", f"{name}: {why}", line=line)
         line += text.count(b"\n")
 
 

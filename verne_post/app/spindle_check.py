@@ -90,7 +90,7 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
 
 def _find_wrong_start(text: str, line: int) -> Finding:
     """VP050 of a spindle that turns; its message says what to write, so that no general remedy is added."""
-    return make_finding("VP050", text, line=line, last_line=line, worst_line=line, advice="")
+    return make_finding("VP050", text, line=line, advice="")
 
 
 def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
@@ -139,15 +139,13 @@ def check_highest_speed(moves: Moves, machine: Machine) -> Iterator[Finding]:
                     f"S{speed:.10g}: no {plausible.whose} has more than {highest:.10g} {plausible.unit}; is a digit "
                     "too many, or a decimal point missing?"
                 )
-                yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
+                yield make_finding("VP505", text, line=line)
                 continue
             text = (
                 f"S{speed:g} is above {machine.spindle_rpm:g} 1/min, max_speed_rpm of the machine file: a control "
                 "lowers the speed, or stops; write a lower S, and F in the same ratio"
             )
-            yield make_finding(
-                "VP055", text, line=line, last_line=line, worst_line=line, limit=machine.spindle_rpm, advice=""
-            )
+            yield make_finding("VP055", text, line=line, limit=machine.spindle_rpm, advice="")
 
 
 def check_direction(moves: Moves, path: ToolPath) -> Iterator[Finding]:
@@ -217,7 +215,7 @@ def check_kept_feed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
             f"the tool cuts at the feed rate of the tool before: no block gives F after the change to "
             f"{describe_tool(event)} in line {event.line}; write F"
         )
-        yield make_finding("VP009", text, severity="warning", line=line, last_line=line, worst_line=line)
+        yield make_finding("VP009", text, severity="warning", line=line)
 
 
 def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
@@ -280,7 +278,7 @@ def check_first_tool(moves: Moves, path: ToolPath, options: Options) -> Iterator
         f"no block before this cut loads a tool, and line {event.line} is the first that does: the cut is made with "
         f"whatever tool is in the spindle before the program; write {what} before it"
     )
-    yield make_finding("VP041", text, line=line, last_line=line, worst_line=line)
+    yield make_finding("VP041", text, line=line)
 
 
 def find_first_cut(path: ToolPath, first: int) -> int:

@@ -105,8 +105,7 @@ def settle_stock(
             f"contact with {box.name} is not computed: line {out.line} is out of limits ({out.code}), and the motion "
             f"is long; correct line {out.line} first"
         )
-        lines = {"line": open_[0].line, "last_line": open_[0].line, "worst_line": open_[0].line}
-        undecided = make_finding("VP216", text, severity="warning", **lines)
+        undecided = make_finding("VP216", text, severity="warning", line=open_[0].line)
         return [*begun, *(item for item in found if item not in open_), undecided]
     stock = _make_stock(box)
     spans, tools, skipped = list_spans(program, joints, keep_out.moving, last)
@@ -195,8 +194,7 @@ def _check_start(program: Program, joints: JointPath, keep_out: KeepOut, box: Pl
         f"the cutter stands in {box.name} after the rapid traverse of line {line}, to the first place of the program: "
         f"material lies up to {depth:.3f} mm inside it{AS_LINE * tools[int(spans.tool[0])].is_line}"
     )
-    lines = {"line": line, "last_line": line, "worst_line": line}
-    return [make_finding("VP216", text, **lines, value=-depth, limit=0.0, unit="mm")]
+    return [make_finding("VP216", text, line=line, value=-depth, limit=0.0, unit="mm")]
 
 
 def _report_untouched(program: Program, keep_out: KeepOut, box: Placed) -> list[Finding]:
@@ -227,7 +225,7 @@ def _report_untouched(program: Program, keep_out: KeepOut, box: Placed) -> list[
         f"no cut comes into {box.name}: the nearest, of {path.called_lines.name_line(number)}, is "
         f"{gaps[nearest]:.1f} mm or more away from it; {remedy}"
     )
-    item = make_finding("VP505", text, line=number, last_line=number, worst_line=number, advice="")
+    item = make_finding("VP505", text, line=number, advice="")
     return [path.called_lines.place(item)]
 
 

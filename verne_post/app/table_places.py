@@ -73,7 +73,7 @@ def lay_out(
         "after the tool axis of this line the program names machine coordinates, and which of the two "
         "{}s is used depends on them; name {} and {} in one rapid traverse before them"
     ).format(name_solution(machine.coordinates), *machine.rotary_letters)
-    raise make_input_error("VP013", text, line=line, last_line=line, worst_line=line)
+    raise make_input_error("VP013", text, line=line)
 
 
 def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[float, float]:

@@ -41,7 +41,7 @@ def check_tolerances(source: Text, moves: Moves, path: ToolPath, first: int) -> 
                         f"corners may be off by {value:g} {plausible.unit} {where}: no {plausible.whose} has a "
                         f"tolerance of the {name} above {plausible.high:g} {plausible.unit}"
                     )
-                    item = make_finding("VP505", text, line=at, last_line=at, worst_line=at, column=column)
+                    item = make_finding("VP505", text, line=at, column=column)
                     yield moves.called_lines.place(item)
                     break
 

@@ -195,11 +195,13 @@ class Execution(Struct):
         if about is not None and about not in things:
             things.append(about)
         if at == len(self.errors):
-            where = {"line": line, "last_line": line, "worst_line": line, "column": column}
-            keys = (settled_by,) if settled_by else ()
-            self.errors.append(
-                make_finding(code, message, settled_by=keys, edits=edits, advice=advice, called=place, **where)
-            )
+            more = {
+                "settled_by": (settled_by,) if settled_by else (),
+                "edits": edits,
+                "advice": advice,
+                "called": place,
+            }
+            self.errors.append(make_finding(code, message, line=line, column=column, **more))
             return
         item = self.errors[at]
         if len(things) > 1:

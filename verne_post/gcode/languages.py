@@ -89,7 +89,7 @@ def report_empty(source: Text) -> Finding | None:
     if len(source) > _SEARCHED_BYTES or source[:_SEARCHED_BYTES].strip():
         return None
     text = "the file has nothing but blank lines" if source else "the file is empty"
-    return make_finding(NO_PROGRAM, text, line=1, last_line=1, worst_line=1)
+    return make_finding(NO_PROGRAM, text, line=1)
 
 
 def find_other_language(
@@ -131,7 +131,7 @@ def find_other_language(
             right = f"; read it with --dialect {language.dialect}"
         else:
             right = f", which is not read; dialects are {', '.join(sorted(known_words))}"
-        return make_finding(NO_PROGRAM, text + right, line=line, last_line=line, worst_line=line)
+        return make_finding(NO_PROGRAM, text + right, line=line)
     if is_recognised or (own is not None and re.search(own.sign, head, re.MULTILINE | re.IGNORECASE)):
         return None
     return _report_no_language(head, errors, known_words)
@@ -149,7 +149,7 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known_words: Col
     shown_line = next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip()
     text = f"this does not look like a program: hardly a line has words such as G1 X2 ({_quote(shown_line)}); "
     text += f"dialects are {', '.join(sorted(known_words))}"
-    return make_finding(NO_PROGRAM, text, line=first, last_line=first, worst_line=first)
+    return make_finding(NO_PROGRAM, text, line=first)
 
 
 def _quote(text: str, most: int = 40) -> str:

@@ -223,7 +223,7 @@ def report_missing_offset(
     """
     name, word = name_system(system), _spell_system(system, moves.language)
     line = moves.find_selecting_line(system, at)
-    where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "settled_by": (("wcs", name),)}
+    where: dict[str, Any] = {"line": line, "settled_by": (("wcs", name),)}
     if line == moves.system_lines.get(system):
         where["column"] = moves.system_columns.get(system)
     if setup_name:

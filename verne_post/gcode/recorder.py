@@ -532,9 +532,8 @@ class Recorder(Struct):
         if before is not None:
             self.warnings[key] = dataclasses.replace(before, count=before.count + 1)
             return
-        where = {"line": line, "last_line": line, "worst_line": line, "column": column}
         severity, edits = severity or CODES[code].severity, self.lines.find_edits(edits)
-        item = make_finding(code, message, severity=severity, edits=edits, advice=advice, **where)
+        item = make_finding(code, message, severity=severity, edits=edits, advice=advice, line=line, column=column)
         self.warnings[key] = self.lines.name_calls().place(item)
 
     def note_once(

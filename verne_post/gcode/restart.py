@@ -51,9 +51,7 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
     if why is not None:
         near = _find_nearest(spans, line)
         right = "no line of this program will do" if near is None else f"the nearest line that will do is {near}"
-        raise make_input_error(
-            "VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line
-        )
+        raise make_input_error("VP029", f"no restart at line {line}: {why}; {right}", line=line)
     state, recorder = replay(source, setup, moves, StopConditions(before_line=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
     events = [*_restore_functions(state, recorder.events, line), *_find_last_executed(recorder.events)]

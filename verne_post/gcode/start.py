@@ -100,8 +100,6 @@ class _Opening:
             "the pose at which the program starts cannot be found from its first lines: they leave an axis open, "
             f"or contradict each other; name X, Y, Z, {letters} in one rapid traverse first",
             line=1,
-            last_line=1,
-            worst_line=1,
         )
 
     def _solve(self, guess: Array, misses: Array, *, waits: bool) -> Array | None:
@@ -164,8 +162,7 @@ class _Opening:
             )
         text += f"name {letters} before"
         edits = (Remedy(f"name {letters}", stands, line=first),)
-        where = {"line": first, "last_line": first, "worst_line": first}
-        return make_finding("VP036", text, **where, edits=edits), dict.fromkeys(axes, named_line)
+        return make_finding("VP036", text, line=first, edits=edits), dict.fromkeys(axes, named_line)
 
     def _has_word(self, line: int, letter: str) -> bool:
         """Whether a line names an axis: a plane turns it without its letter."""

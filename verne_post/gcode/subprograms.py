@@ -109,14 +109,13 @@ def explain_subprogram(source: Text, found: list[Finding], dialect: str, name: s
         message = f"{found[at].message}; if this is a subprogram, {CHECK_CALLER}"
         return [replace(item, message=message, advice="") if n == at else item for n, item in enumerate(found)]
     line, why = sign
-    where = {"line": line, "last_line": line, "worst_line": line}
     text = f"{IS_SUBPROGRAM}: it calls no tool, and {why}; {CHECK_CALLER}"
     if not (why.endswith("begins it") or name.lower().endswith(".spf")):  # a program may end so
         text = (
             f"{LIKE_SUBPROGRAM[1]} it calls no tool, and {why}; if it is a program, call its tool "
             f"({_TOOL_CALLS.get(dialect, 'T and M6')}) and end it with M30; if it is a subprogram, {CHECK_CALLER}"
         )
-    return keep_one(found, make_finding("VP010", text, advice="", **where))
+    return keep_one(found, make_finding("VP010", text, advice="", line=line))
 
 
 def keep_one(found: Iterable[Finding], subprogram: Finding) -> list[Finding]:

@@ -313,8 +313,8 @@ def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
 
 
 def make_finding(code: str, message: str, **where: object) -> Finding:
-    """Build a finding whose severity is that of its code, unless ``severity=`` is given."""
-    where.setdefault("severity", CODES[code].severity)
+    """Build a finding of the severity of its code, and of one line, unless ``where`` says otherwise."""
+    where = {"severity": CODES[code].severity, **dict.fromkeys(("last_line", "worst_line"), where.get("line")), **where}
     return Finding(code=code, message=message, **where)  # type: ignore[arg-type]
 
 

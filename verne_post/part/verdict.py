@@ -211,7 +211,8 @@ def _group(judged: Judged, nearest: Nearest) -> Iterator[tuple[str, Ints, Ints]]
 
 def _make_finding(code: str, text: str, lines: Ints, worst_line: int, value: float, limit: float) -> Finding:
     first, last = int(lines.min()), int(lines.max())
-    where = {"line": first, "last_line": last, "worst_line": worst_line} if last > first else {"line": first}
+    ends = (last, worst_line) if last > first else (None, None)
+    where = dict(zip(("line", "last_line", "worst_line"), (first, *ends), strict=True))
     return make_finding(code, text, **where, value=value, limit=limit, unit="mm", count=len(np.unique(lines)))
 
 

@@ -257,5 +257,5 @@ def _plan_detour(path: ToolPath, change: Change, machine: Machine) -> list[Step]
             f"the {machine.rotary_side} cannot rewind here: the retracted place (machine Z 0 along the tool axis) is "
             "out of reach"
         )
-        raise make_input_error("VP301", text, line=line, last_line=line, worst_line=line)
+        raise make_input_error("VP301", text, line=line)
     return [Step(here, up), Step(up, down, q), Step(down, there)]

@@ -102,11 +102,7 @@ def report_branch_changes(
                 if change.feeding
                 else "; --allow-rewind adds a retract, turn and return"
             )
-        findings.append(
-            make_finding(
-                "VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line
-            )
-        )
+        findings.append(make_finding("VP301", what, severity="warning" if fine else "error", line=line))
     begins = np.flatnonzero(plan.departs & ~np.append(False, plan.departs[:-1]))
     at_changes = {change.segment for change in plan.changes}
     for segment in begins.tolist():
@@ -124,8 +120,6 @@ def report_branch_changes(
                 what,
                 severity="warning" if allow_rewind else "error",
                 line=line,
-                last_line=line,
-                worst_line=line,
                 quantity=DEPARTURE,
             )
         )
@@ -180,7 +174,7 @@ def _report_other_start(path: ToolPath, plan: BranchPlan, moves: Moves, machine:
         f"vertical, so the line does not say where {letter} is to be. Name {letter} {format_fixed(start, 3)} in line "
         f"{settled_at}, or turn the {machine.rotary_side} there before the start"
     )
-    return [make_finding("VP301", what, severity="warning", line=first, last_line=first, worst_line=first)]
+    return [make_finding("VP301", what, severity="warning", line=first)]
 
 
 def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
@@ -198,5 +192,5 @@ def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
             f"{format_fixed(machine.columns[-1].factor * float(turn[segment, 1]), 3)} deg: the joints follow from the "
             "tool axis, so none would move; tilt the tool by 0.01 deg or more there, or turn while it tilts or moves"
         )
-        findings.append(make_finding("VP202", what, severity="error", line=line, last_line=line, worst_line=line))
+        findings.append(make_finding("VP202", what, severity="error", line=line))
     return findings

@@ -111,7 +111,7 @@ def _require_free(path: ToolPath, fixes: int | None) -> None:
     else:
         return
     text = f"--free-c needs a program whose tool is always vertical and that never names C; {why}"
-    raise make_input_error("VP018", text, line=line, last_line=line, worst_line=line)
+    raise make_input_error("VP018", text, line=line)
 
 
 def _sample(path: ToolPath) -> _Points:

@@ -263,7 +263,7 @@ def _refuse_circle(moves: Moves, move: np.intp, why: str) -> InputError:
 
 def _refuse(moves: Moves, move: np.intp, code: str, text: str) -> InputError:
     line = int(moves.line[move])
-    return make_input_error(code, text, severity="error", line=line, last_line=line, worst_line=line)
+    return make_input_error(code, text, severity="error", line=line)
 
 
 def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates) -> ArcSegments:

@@ -160,7 +160,7 @@ def _divide_pieces(pieces: Splines, line: Ints) -> SplineSegments:
         if not parts.regular.all():
             at = int(line[where[np.argmin(parts.regular)]])
             text = "the spline stops or turns back at a point: it has no direction there"
-            raise make_input_error("VP031", text, line=at, last_line=at, worst_line=at)
+            raise make_input_error("VP031", text, line=at)
         length[where] = parts.length
         count[where] = np.diff(parts.first, append=len(parts.low))
         turn[where], bends = _measure_turn(bezier, parts)

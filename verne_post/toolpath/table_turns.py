@@ -107,8 +107,7 @@ def _measure_first(path: ToolPath, moves: Moves, machine: Machine, first: int) -
 def _count(path: ToolPath, rows: list[int]) -> dict[str, Any]:
     """Where a finding of segments stands: at the first, with the lines of all."""
     line, lines = int(path.line[rows[0]]), tuple(np.unique(path.line[rows]).tolist())
-    where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "count": len(rows)}
-    return {**where, "lines": lines if len(lines) > 1 else ()}
+    return {"line": line, "count": len(rows), "lines": lines if len(lines) > 1 else ()}
 
 
 #: Language -> what leads the tool axis straight from one tool vector to the next.

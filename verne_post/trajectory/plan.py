@@ -297,7 +297,7 @@ class _Planner:
         except (ValueError, RuntimeError) as error:
             line = int(contour.find_lines(self.begins[section : section + 1])[0])
             text = f"no feasible motion profile for the motion that begins in line {line}: {error}"
-            raise SolverError(make_finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
+            raise SolverError(make_finding("VP420", text, line=line)) from None
         s = profile.s
         timed = contour.path.timed[contour.segment[first:last]]
         if planning.playback == AS_PLANNED and timed.any():

@@ -126,8 +126,6 @@ def plan_sections(
                 "VP420",
                 f"no feasible motion profile for the motion of line {line}",
                 line=line,
-                last_line=line,
-                worst_line=line,
                 count=len(lost),
             )
         )

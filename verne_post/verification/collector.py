@@ -58,7 +58,7 @@ class FindingCollector:
             place = "" if self._header_lines is None else f" (line {row + self._header_lines + 1} of the file)"
             message = f"row {row}{place}: {message}"
         line = line or None
-        self._kept[kind] = make_finding(code, message, line=line, last_line=line, worst_line=line, **more), check, rows
+        self._kept[kind] = make_finding(code, message, line=line, **more), check, rows
 
     def explain(self, code: str, reason: str) -> None:
         """Add to the findings of a code why they may be: the rows are those of another program or set-up."""

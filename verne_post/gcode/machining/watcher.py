@@ -159,7 +159,7 @@ def report_left_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Findi
             f"the plane of {plane.word} in line {plane.line} is still in force here, where the program names another "
             f"table place and the tool is not normal to the plane; write {plane.end} before if it is over"
         )
-        yield make_finding("VP043", text, line=line, last_line=line, worst_line=line)
+        yield make_finding("VP043", text, line=line)
 
 
 def report_plane_at_end(moves: Moves, others: Sequence[Finding]) -> Iterator[Finding]:

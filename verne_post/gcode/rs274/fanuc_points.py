@@ -166,8 +166,6 @@ def _report_mixture(source: Text, bare: list[tuple[int, int, str]], pointed_line
         f'"conventional" ({steps[0]} {units[0]}) in verne-post.toml',
         advice="",
         line=line,
-        last_line=line,
-        worst_line=line,
         column=column,
     )
 
