@@ -51,6 +51,28 @@ def test_inches_in_place_of_mm_are_named_first(run: Callable[..., Any], tmp_path
     assert "refused: 1 error" in text
 
 
+@pytest.mark.parametrize(
+    ("end", "z", "said"),
+    [
+        (
+            *(30, -2),
+            "the tip goes below the table face, and no more is refused; did you mean G21, and a higher work offset?",
+        ),
+        (1, -1, ""),  # a small part in inches, and only its place is wrong
+        (30, 50, "no pose of it is refused; did you mean G21?"),
+    ],
+)
+def test_inches_in_place_of_mm_are_named_where_the_part_is_too_low_too(
+    run: Callable[..., Any], tmp_path: Path, end: int, z: int, said: str
+) -> None:
+    """In mm the tip went below the table face; the finding was VP110 with no place that helps."""
+    path = tmp_path / "p.ngc"
+    path.write_text(f"G90 G94 G20\nG0 X-{end} Y0 Z5 A0 C0\nG1 X{end} Z{z} F600\nG0 Z5\nM2\n")
+    out = run("check", path, *PLACE).out
+    assert (f"read in mm, {said}" in out) == bool(said)
+    assert ("VP505 error" in out) == bool(said)
+
+
 def test_a_feed_rate_without_a_unit_names_the_lines_that_differ(run: Callable[..., Any], tmp_path: Path) -> None:
     path = tmp_path / "p.apt"
     path.write_text(

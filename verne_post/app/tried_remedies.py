@@ -91,6 +91,8 @@ DEEP_MM: Final = 100.0
 ROUND_MM: Final = 0.1
 #: In a program in inches.
 _ROUND_INCH: Final = 0.005
+#: Asked of a program in inches that leaves the machine, and in mm only goes below the table face.
+_TOO_LOW: Final = ", and a higher work offset?"
 #: Options that cure findings of a code -> their fields.
 _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "VP301": ("--allow-rewind", {"allow_rewind": True}),
@@ -136,13 +138,15 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     before = [] if meant is None else list_errors_before(program, errors, meant)
     in_inches = _find_mistaken_unit(source, program, errors)
     places: list[WorkOffset] = []
-    farthest = FARTHEST_MM if in_inches is None else FAR_MM
+    # where the part is too low in mm too, its place is wrong, and the unit only if no place helps
+    too_low = in_inches is not None and in_inches.message.endswith(_TOO_LOW)
+    farthest = FARTHEST_MM if in_inches is None or too_low else FAR_MM
     of_control = _find_offset_of_control(program, movable) if can_help else None
     seeks = of_control is None and (can_help or before)
     found = _find_offset(source, program, movable, places, farthest) if seeks else None
     nothing = _say_no_offset(program.options, places)
     offset, distance = found or (None, np.inf)
-    if in_inches is not None and distance > FAR_MM:
+    if in_inches is not None and (distance == np.inf and seeks if too_low else distance > FAR_MM):
         return _put_cause(in_inches, [one for one in findings if not _is_about_unit(one)])
     word = None
     if is_short and meant is None:
@@ -251,14 +255,16 @@ def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding
         return None
     place, text = found
     left = _find_errors_with(text, program, stock=None)  # a contact says nothing about the unit
-    if left is None or any(is_about_pose(code) for code in left):
+    refused = None if left is None else {code for code in left if is_about_pose(code)}
+    if refused is None or refused - {"VP210"}:
         return None
     tips = np.concatenate([program.path.start[:, :3], program.path.end[:, :3]])
     span = float(np.ptp(tips, axis=0).max())
+    in_mm = "the tip goes below the table face, and no more is refused" if refused else "no pose of it is refused"
     message = (
         f"{place.word}: read in inches, the program spans {span:.0f} mm and leaves the machine, first in line "
-        f"{min(item.line or 0 for item in errors)}; read in mm, no pose of it is refused; did you mean "
-        f"{place.word_for_mm}?"
+        f"{min(item.line or 0 for item in errors)}; read in mm, {in_mm}; did you mean {place.word_for_mm}"
+        f"{_TOO_LOW if refused else '?'}"
     )
     where = {"line": place.line, "last_line": place.line, "worst_line": place.line, "column": place.column}
     return make_finding("VP505", message, severity="error", **where)
