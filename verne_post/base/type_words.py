@@ -18,7 +18,9 @@ _NAMES: Final = {
 
 
 def list_alternatives(kind: Any) -> tuple[Any, ...]:
-    """The types of a union; a type alone."""
+    """The types of a union; a type alone. A note beside them is left out, bounds stay."""
+    if get_origin(kind) is Annotated and not any(isinstance(one, Meta) for one in kind.__metadata__):
+        kind = get_args(kind)[0]
     return get_args(kind) if isinstance(kind, UnionType) or get_origin(kind) is Union else (kind,)
 
 
@@ -28,6 +30,11 @@ def strip_bounds(kind: Any) -> tuple[Any, Meta]:
         return kind, Meta()
     kind, *notes = get_args(kind)
     return kind, next((one for one in notes if isinstance(one, Meta)), Meta())
+
+
+def find_note(kind: Any) -> str:
+    """The text beside a type, as of the field of a schema; empty without one."""
+    return next((one for one in getattr(kind, "__metadata__", ()) if isinstance(one, str)), "")
 
 
 def describe_bounds(meta: Meta) -> str:

@@ -1,7 +1,7 @@
 """[as_built] of a machine file: how far the parts are from their nominal places, in this file or one that it names."""
 
-from collections.abc import Callable, Mapping
-from typing import Annotated, ClassVar, Final
+from collections.abc import Callable
+from typing import Annotated, Final
 
 import numpy as np
 from msgspec import Meta
@@ -31,29 +31,35 @@ _Angles = Annotated[list[_Direction], Meta(min_length=2, max_length=2)]
 class AsBuiltFile(Table, frozen=True, kw_only=True):
     """[as_built]: deviations from the nominal machine, mm and mrad; absent means zero."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "source": "origin of the values: a calibration, a seed",
-        "platform_ends_mm": "joint centres on the platform, platform frame (z down, turned with the platform)",
-        "slider_ends_mm": "joint centres on the sliders at rho = 0, base frame",
-        "rod_lengths_mm": "lengths of the rods",
-        "guides_mrad": "x and y of the direction (x, y, 1) of each guide, mrad",
-        "tilt_axis_mm": "y and z by which the tilt axis lies off the pivot, upright frame",
-        "tilt_axis_mrad": "y and z of the direction (1, y, z) of the tilt axis, upright frame, mrad",
-        "rotary_axis_mm": "x and y by which the rotary axis lies off rotary_offset, tilt frame at A = 0",
-        "rotary_axis_mrad": "x and y of the direction (x, y, 1) of the rotary axis, tilt frame at A = 0, mrad",
-        "spindle_axis_mrad": "x and y of the direction (x, y, 1) of the spindle, platform frame, mrad",
-    }
-
-    source: Annotated[str, Meta(min_length=1)]
-    platform_ends_mm: Annotated[list[_Point], Meta(min_length=6, max_length=6)] | None = None
-    slider_ends_mm: Annotated[list[_Point], Meta(min_length=6, max_length=6)] | None = None
-    rod_lengths_mm: Annotated[list[_Place], Meta(min_length=6, max_length=6)] | None = None
-    guides_mrad: Annotated[list[_Angles], Meta(min_length=3, max_length=3)] | None = None
-    tilt_axis_mm: _Pair | None = None
-    tilt_axis_mrad: _Angles | None = None
-    rotary_axis_mm: _Pair | None = None
-    rotary_axis_mrad: _Angles | None = None
-    spindle_axis_mrad: _Angles | None = None
+    source: Annotated[str, Meta(min_length=1), "origin of the values: a calibration, a seed"]
+    platform_ends_mm: Annotated[
+        Annotated[list[_Point], Meta(min_length=6, max_length=6)] | None,
+        "joint centres on the platform, platform frame (z down, turned with the platform)",
+    ] = None
+    slider_ends_mm: Annotated[
+        Annotated[list[_Point], Meta(min_length=6, max_length=6)] | None,
+        "joint centres on the sliders at rho = 0, base frame",
+    ] = None
+    rod_lengths_mm: Annotated[
+        Annotated[list[_Place], Meta(min_length=6, max_length=6)] | None, "lengths of the rods"
+    ] = None
+    guides_mrad: Annotated[
+        Annotated[list[_Angles], Meta(min_length=3, max_length=3)] | None,
+        "x and y of the direction (x, y, 1) of each guide, mrad",
+    ] = None
+    tilt_axis_mm: Annotated[_Pair | None, "y and z by which the tilt axis lies off the pivot, upright frame"] = None
+    tilt_axis_mrad: Annotated[
+        _Angles | None, "y and z of the direction (1, y, z) of the tilt axis, upright frame, mrad"
+    ] = None
+    rotary_axis_mm: Annotated[
+        _Pair | None, "x and y by which the rotary axis lies off rotary_offset, tilt frame at A = 0"
+    ] = None
+    rotary_axis_mrad: Annotated[
+        _Angles | None, "x and y of the direction (x, y, 1) of the rotary axis, tilt frame at A = 0, mrad"
+    ] = None
+    spindle_axis_mrad: Annotated[
+        _Angles | None, "x and y of the direction (x, y, 1) of the spindle, platform frame, mrad"
+    ] = None
 
     def build_deviations(self) -> Deviations:
         """The deviations, mm and rad."""

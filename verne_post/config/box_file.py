@@ -40,35 +40,23 @@ def _check_corners(low: Sequence[float], high: Sequence[float]) -> None:
 class BodyFile(Table, frozen=True, kw_only=True):
     """[bodies.NAME] of a machine file: a mesh in the platform frame."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "file": "an STL, from the folder of the machine file: one closed body in the platform frame",
-        "unit": "unit of the STL",
-    }
-
-    file: Annotated[str, Meta(min_length=1)]
-    unit: Unit = "mm"
+    file: Annotated[
+        str, Meta(min_length=1), "an STL, from the folder of the machine file: one closed body in the platform frame"
+    ]
+    unit: Annotated[Unit, "unit of the STL"] = "mm"
 
 
 class FixtureFile(Table, frozen=True, kw_only=True):
     """[keep_out.NAME] and [stock]: a box in the table frame or in a work system of --wcs; or a file in its place."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "min": "corner of a box: least x, y, z in mm",
-        "max": "corner of a box: greatest x, y, z in mm",
-        "file": "a mesh, from the folder of this file",
-        "unit": "unit of the mesh",
-        "system": "from where x, y, z count: the table, or a work system such as G54",
-        "distance_mm": "how near anything may come",
-    }
-
     checks: ClassVar[Checks] = {"system": check_system}
 
-    min: Point | None = None
-    max: Point | None = None
-    file: Annotated[str, Meta(min_length=1)] | None = None
-    unit: Unit | None = None
-    system: str = "table"
-    distance_mm: Distance = 0.0
+    min: Annotated[Point | None, "corner of a box: least x, y, z in mm"] = None
+    max: Annotated[Point | None, "corner of a box: greatest x, y, z in mm"] = None
+    file: Annotated[Annotated[str, Meta(min_length=1)] | None, "a mesh, from the folder of this file"] = None
+    unit: Annotated[Unit | None, "unit of the mesh"] = None
+    system: Annotated[str, "from where x, y, z count: the table, or a work system such as G54"] = "table"
+    distance_mm: Annotated[Distance, "how near anything may come"] = 0.0
 
     def check_together(self) -> None:
         box = self.min is not None or self.max is not None
@@ -112,25 +100,15 @@ def name_fixture_files(fixtures: Mapping[str, FixtureFile], stock: FixtureFile |
 class PartFile(Table, frozen=True, kw_only=True):
     """[part]: the part as it should be, an STL in a work system, and which deviations count."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "nominal": "an STL of the part, from the folder of this file",
-        "system": "from where x, y, z of the STL count: the table, or a work system such as G54",
-        "unit": "unit of the STL",
-        "gouge_mm": "the deepest gouge that is accepted",
-        "excess_mm": "the most excess that is accepted",
-        "grid_mm": "distance of the points that are compared",
-        "search_mm": "largest deviation that is sought",
-    }
-
     checks: ClassVar[Checks] = {"system": check_system}
 
-    nominal: Annotated[str, Meta(min_length=1)]
-    system: str
-    unit: Unit = "mm"
-    gouge_mm: Depth = _ASKED.gouge
-    excess_mm: Depth = _ASKED.excess
-    grid_mm: Depth = _ASKED.grid
-    search_mm: Depth = _ASKED.search
+    nominal: Annotated[str, Meta(min_length=1), "an STL of the part, from the folder of this file"]
+    system: Annotated[str, "from where x, y, z of the STL count: the table, or a work system such as G54"]
+    unit: Annotated[Unit, "unit of the STL"] = "mm"
+    gouge_mm: Annotated[Depth, "the deepest gouge that is accepted"] = _ASKED.gouge
+    excess_mm: Annotated[Depth, "the most excess that is accepted"] = _ASKED.excess
+    grid_mm: Annotated[Depth, "distance of the points that are compared"] = _ASKED.grid
+    search_mm: Annotated[Depth, "largest deviation that is sought"] = _ASKED.search
 
     def check_together(self) -> None:
         if self.search_mm < max(self.gouge_mm, self.excess_mm):

@@ -1,6 +1,5 @@
 """[carrier] of machine files of schema 2: a parallel module in a chain, or six legs. Keys: docs/machine-file.md."""
 
-from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
@@ -28,45 +27,26 @@ IN_LINE: Final = 1e-6
 class StrutFile(Table, frozen=True, kw_only=True):
     """One of carrier.struts: its joints on the platform and on the base, and the joint whose value is its length."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "platform": "joint on the platform, seen from P, mm",
-        "base": "joint on the base, mm",
-        "length": "name of the joint that is the strut's length",
-    }
-
-    platform: Point
-    base: Point
-    length: str
+    platform: Annotated[Point, "joint on the platform, seen from P, mm"]
+    base: Annotated[Point, "joint on the base, mm"]
+    length: Annotated[str, "name of the joint that is the strut's length"]
 
 
 class CentralFile(Table, frozen=True, kw_only=True):
     """carrier.central: the middle of the universal joint, and its axis that is fixed to the base."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "base": "middle of the leg's universal joint, mm",
-        "first_axis": "direction of its axis that is fixed to the base",
-    }
-
-    base: Point
-    first_axis: Point
+    base: Annotated[Point, "middle of the leg's universal joint, mm"]
+    first_axis: Annotated[Point, "direction of its axis that is fixed to the base"]
 
 
 class CarrierRodFile(Table, frozen=True, kw_only=True):
     """A row of carrier.rods: joint on the platform, on the slider at 0, direction of the rail, length, actuator."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "platform": "joint on the platform, seen from P, mm",
-        "slider": "joint on the slider at 0, mm",
-        "rail": "direction of the rail",
-        "rod": "length of the rod, mm",
-        "by": "name of the slider",
-    }
-
-    platform: Point
-    slider: Point
-    rail: Point
-    rod: Positive
-    by: str
+    platform: Annotated[Point, "joint on the platform, seen from P, mm"]
+    slider: Annotated[Point, "joint on the slider at 0, mm"]
+    rail: Annotated[Point, "direction of the rail"]
+    rod: Annotated[Positive, "length of the rod, mm"]
+    by: Annotated[str, "name of the slider"]
 
 
 def _check_rods(value: list[CarrierRodFile] | None) -> None:
@@ -77,39 +57,33 @@ def _check_rods(value: list[CarrierRodFile] | None) -> None:
 class CarrierFile(Table, frozen=True, kw_only=True):
     """[carrier]: three struts and a central leg; six rods on three sliders; six struts; or six rods and sliders."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "kind": "kind of carrier",
-        "actuators": "names of the joints of struts or sliders, in the order of the columns",
-        "home": "platform point P at home, mm",
-        "home_actuators_mm": "approximate sliders at home; they choose the side of each rod",
-        "rods": "the six rods",
-        "struts": "the struts",
-        "central": "the central leg",
-        "rod_diameter_mm": "of the legs of a hexapod, which must not meet",
-        "spare_turn_deg": "turn about the tool axis at home, beside the shortest turn from home",
-        "largest_turn_deg": "turn from home beyond which the module is in another assembly mode",
-        "smallest_singular_value": "smallest measure of the Jacobian of rods or struts",
-        "smallest_drop_mm": "smallest drop of a rod along its rail",
-        "base_cone_deg": "how far a rod or strut may turn from its direction at home, at the base or slider",
-        "platform_cone_deg": "how far a rod or strut may turn from its direction at home, at the platform",
-    }
-
     checks: ClassVar[Checks] = {"rods": _check_rods}
 
-    kind: Literal["rods"]
-    actuators: list[str]
-    home: Point
-    home_actuators_mm: list[Number] | None = None
-    rods: list[CarrierRodFile] | None = None
-    struts: list[StrutFile] | None = None
-    central: CentralFile | None = None
-    rod_diameter_mm: Positive | None = None
-    spare_turn_deg: Annotated[float, Meta(ge=-180, le=180)] | None = None
-    largest_turn_deg: Annotated[float, Meta(gt=0, lt=90)] = 60.0
-    smallest_singular_value: Positive
-    smallest_drop_mm: Positive | None = None
-    base_cone_deg: Cone | None = None
-    platform_cone_deg: Cone | None = None
+    kind: Annotated[Literal["rods"], "kind of carrier"]
+    actuators: Annotated[list[str], "names of the joints of struts or sliders, in the order of the columns"]
+    home: Annotated[Point, "platform point P at home, mm"]
+    home_actuators_mm: Annotated[
+        list[Number] | None, "approximate sliders at home; they choose the side of each rod"
+    ] = None
+    rods: Annotated[list[CarrierRodFile] | None, "the six rods"] = None
+    struts: Annotated[list[StrutFile] | None, "the struts"] = None
+    central: Annotated[CentralFile | None, "the central leg"] = None
+    rod_diameter_mm: Annotated[Positive | None, "of the legs of a hexapod, which must not meet"] = None
+    spare_turn_deg: Annotated[
+        Annotated[float, Meta(ge=-180, le=180)] | None,
+        "turn about the tool axis at home, beside the shortest turn from home",
+    ] = None
+    largest_turn_deg: Annotated[
+        float, Meta(gt=0, lt=90), "turn from home beyond which the module is in another assembly mode"
+    ] = 60.0
+    smallest_singular_value: Annotated[Positive, "smallest measure of the Jacobian of rods or struts"]
+    smallest_drop_mm: Annotated[Positive | None, "smallest drop of a rod along its rail"] = None
+    base_cone_deg: Annotated[
+        Cone | None, "how far a rod or strut may turn from its direction at home, at the base or slider"
+    ] = None
+    platform_cone_deg: Annotated[
+        Cone | None, "how far a rod or strut may turn from its direction at home, at the platform"
+    ] = None
 
     @property
     def is_hexapod(self) -> bool:

@@ -53,23 +53,13 @@ _ROTARY: Final = ("a", "b", "c")
 class ChainFile(Table, frozen=True, kw_only=True):
     """[chain]: joints from the base outwards, gauge point and tool axis at home, and the part's frame."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "tool": "the joints from the base outwards to the tool; linear ones before rotary ones",
-        "part": "the joints from the base outwards to the part; linear ones before rotary ones",
-        "gauge": "gauge point of the spindle at home, from which the tool length counts, mm",
-        "axis": "direction from the tip to the spindle",
-        "part_zero": "origin of the part frame, in which work offsets are given, mm",
-        "up": "direction of z of the part frame",
-        "words": "the rotary axes that programs have",
-    }
-
-    tool: list[str]
-    part: list[str]
-    gauge: Point
-    axis: Point
-    part_zero: Point
-    up: Point = field(default_factory=lambda: [0.0, 0.0, 1.0])
-    words: Literal["AC", "BC"] | None = None
+    tool: Annotated[list[str], "the joints from the base outwards to the tool; linear ones before rotary ones"]
+    part: Annotated[list[str], "the joints from the base outwards to the part; linear ones before rotary ones"]
+    gauge: Annotated[Point, "gauge point of the spindle at home, from which the tool length counts, mm"]
+    axis: Annotated[Point, "direction from the tip to the spindle"]
+    part_zero: Annotated[Point, "origin of the part frame, in which work offsets are given, mm"]
+    up: Annotated[Point, "direction of z of the part frame"] = field(default_factory=lambda: [0.0, 0.0, 1.0])
+    words: Annotated[Literal["AC", "BC"] | None, "the rotary axes that programs have"] = None
 
     def check_together(self) -> None:
         for key in ("axis", "up"):
@@ -82,29 +72,17 @@ class JointFile(Table, frozen=True, kw_only=True):
     A strut of a carrier has neither direction: its value is its length.
     """
 
-    about: ClassVar[Mapping[str, str]] = {
-        "slides": "direction along which the joint moves",
-        "turns": "direction about which the joint turns right-handed",
-        "through": "of a rotary joint: a point of its axis, mm",
-        "positive": "whether a positive value moves the tool or the part",
-        "travel_mm": "travel of a linear joint: [least, greatest]",
-        "travel_deg": "travel of a rotary joint: [least, greatest]; endless without it",
-        "velocity": "greatest velocity, mm/s or degrees/s",
-        "acceleration": "greatest acceleration, mm/s2 or degrees/s2",
-        "jerk": "greatest jerk, mm/s3 or degrees/s3; not limited without it",
-    }
-
     checks: ClassVar[Checks] = {"travel_mm": check_range, "travel_deg": check_range}
 
-    slides: Point | None = None
-    turns: Point | None = None
-    through: Point | None = None
-    positive: Literal["tool", "part"] | None = None
-    travel_mm: Range | None = None
-    travel_deg: Range | None = None
-    velocity: Positive
-    acceleration: Positive
-    jerk: Positive | None = None
+    slides: Annotated[Point | None, "direction along which the joint moves"] = None
+    turns: Annotated[Point | None, "direction about which the joint turns right-handed"] = None
+    through: Annotated[Point | None, "of a rotary joint: a point of its axis, mm"] = None
+    positive: Annotated[Literal["tool", "part"] | None, "whether a positive value moves the tool or the part"] = None
+    travel_mm: Annotated[Range | None, "travel of a linear joint: [least, greatest]"] = None
+    travel_deg: Annotated[Range | None, "travel of a rotary joint: [least, greatest]; endless without it"] = None
+    velocity: Annotated[Positive, "greatest velocity, mm/s or degrees/s"]
+    acceleration: Annotated[Positive, "greatest acceleration, mm/s2 or degrees/s2"]
+    jerk: Annotated[Positive | None, "greatest jerk, mm/s3 or degrees/s3; not limited without it"] = None
 
     def check_together(self) -> None:
         if self.slides is not None and self.turns is not None:
@@ -124,21 +102,13 @@ class JointFile(Table, frozen=True, kw_only=True):
 class PartTableFile(Table, frozen=True, kw_only=True):
     """[table]: the face on which the part lies, about the part zero."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "radius": "radius of the table face, about the part zero, mm",
-    }
-
-    radius: Positive
+    radius: Annotated[Positive, "radius of the table face, about the part zero, mm"]
 
 
 class ChainSpindleFile(Table, frozen=True, kw_only=True):
     """[spindle]."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "max_speed_rpm": "greatest speed of the spindle",
-    }
-
-    max_speed_rpm: Positive
+    max_speed_rpm: Annotated[Positive, "greatest speed of the spindle"]
 
 
 class ChainProvenanceFile(Table, frozen=True, kw_only=True):
@@ -159,35 +129,19 @@ class ChainProvenanceFile(Table, frozen=True, kw_only=True):
 class ChainMachineFile(Table, frozen=True, kw_only=True):
     """The file as a whole."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "schema": "version of this format",
-        "name": "of the machine, in summaries and reports",
-        "chain": "the joints from the base to the tool and to the part",
-        "carrier": "parallel module that carries the tool",
-        "joints": "directions, travel and speed limits of the joints, by their names",
-        "spindle": "the spindle",
-        "table": "the face on which the part lies",
-        "home": "positions of G28, G30 and --to park",
-        "accuracy": "tolerance of blended corners",
-        "drives": "how the drives count, by joint",
-        "vibration": "vibration modes, and the input shaper for them",
-        "control": "the control",
-        "provenance": "where the values of each table are from",
-    }
-
-    schema: Literal[2]
-    name: Annotated[str, Meta(min_length=1)]
-    chain: ChainFile
-    carrier: CarrierFile | None = None
-    joints: dict[str, JointFile]
-    spindle: ChainSpindleFile | None = None
-    table: PartTableFile | None = None
-    home: HomeFile | None = None
-    accuracy: AccuracyFile | None = None
-    drives: dict[str, DriveFile] | None = None
-    vibration: VibrationFile | None = None
-    control: ControlFile
-    provenance: ChainProvenanceFile
+    schema: Annotated[Literal[2], "version of this format"]
+    name: Annotated[str, Meta(min_length=1), "of the machine, in summaries and reports"]
+    chain: Annotated[ChainFile, "the joints from the base to the tool and to the part"]
+    carrier: Annotated[CarrierFile | None, "parallel module that carries the tool"] = None
+    joints: Annotated[dict[str, JointFile], "directions, travel and speed limits of the joints, by their names"]
+    spindle: Annotated[ChainSpindleFile | None, "the spindle"] = None
+    table: Annotated[PartTableFile | None, "the face on which the part lies"] = None
+    home: Annotated[HomeFile | None, "positions of G28, G30 and --to park"] = None
+    accuracy: Annotated[AccuracyFile | None, "tolerance of blended corners"] = None
+    drives: Annotated[dict[str, DriveFile] | None, "how the drives count, by joint"] = None
+    vibration: Annotated[VibrationFile | None, "vibration modes, and the input shaper for them"] = None
+    control: Annotated[ControlFile, "the control"]
+    provenance: Annotated[ChainProvenanceFile, "where the values of each table are from"]
 
     def check_together(self) -> None:
         for group in ("carrier", "spindle", "table", "home", "accuracy", "drives", "vibration"):

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import field
 
@@ -18,19 +18,13 @@ from verne_post.model.options import check_value
 class CheckFile(Table, frozen=True, kw_only=True):
     """[check]: which findings count; ``baseline`` is relative to the folder of the settings file."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "select": "codes that alone count, by how they begin",
-        "ignore": "codes that do not count, by how they begin",
-        "severity": "another severity, by code",
-        "fail_level": "warning: warnings too give exit status 1",
-        "baseline": "file of findings that are accepted, in the folder of the settings file",
-    }
-
-    select: list[str] = field(default_factory=list)
-    ignore: list[str] = field(default_factory=list)
-    severity: dict[str, Literal["error", "warning", "note"]] = field(default_factory=dict)
-    fail_level: Literal["error", "warning"] | None = None
-    baseline: str | None = None
+    select: Annotated[list[str], "codes that alone count, by how they begin"] = field(default_factory=list)
+    ignore: Annotated[list[str], "codes that do not count, by how they begin"] = field(default_factory=list)
+    severity: Annotated[dict[str, Literal["error", "warning", "note"]], "another severity, by code"] = field(
+        default_factory=dict
+    )
+    fail_level: Annotated[Literal["error", "warning"] | None, "warning: warnings too give exit status 1"] = None
+    baseline: Annotated[str | None, "file of findings that are accepted, in the folder of the settings file"] = None
 
 
 def find_tables(tables: Mapping[str, Iterable[str]], check: str = "[check]") -> dict[str, str]:

@@ -53,17 +53,12 @@ class InlineTool(Table, frozen=True, kw_only=True):
     """One tool of [tools]; ``number`` is that of a tool which the program calls by its name."""
 
     elsewhere: ClassVar[Mapping[str, str]] = _SHAPES
-    about: ClassVar[Mapping[str, str]] = {
-        "length": "mm from the gauge line to the tip",
-        "diameter": "mm, of the cutter",
-        "corner_radius": "mm; half the diameter is a ball, 0 a flat end",
-        "number": "of a tool that the program calls by its name",
-    }
-
-    length: Size = TO_MEASURE
-    diameter: Size = 0.0
-    corner_radius: Annotated[float, Meta(ge=0, le=MAX_TOOL)] | None = None
-    number: Annotated[int, Meta(ge=1)] | None = None
+    length: Annotated[Size, "mm from the gauge line to the tip"] = TO_MEASURE
+    diameter: Annotated[Size, "mm, of the cutter"] = 0.0
+    corner_radius: Annotated[
+        Annotated[float, Meta(ge=0, le=MAX_TOOL)] | None, "mm; half the diameter is a ball, 0 a flat end"
+    ] = None
+    number: Annotated[Annotated[int, Meta(ge=1)] | None, "of a tool that the program calls by its name"] = None
 
     def check_together(self) -> None:
         if not self.corner_radius or self.diameter == TO_MEASURE:
@@ -142,39 +137,32 @@ def describe_machine(name: str, word: str) -> str:
 class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "wcs": "work offsets by system: [x, y, z] in mm, or [x, y, z, turn] with the part's rotation in degrees; they "
+    wcs: Annotated[
+        dict[str, Annotated[list[Place], Meta(min_length=3, max_length=4)] | Literal["measure"]],
+        "work offsets by system: [x, y, z] in mm, or [x, y, z, turn] with the part's rotation in degrees; they "
         "count from the rotary centre on the table face, or from part_zero of a machine file of schema 2",
-        "tools": "lengths, diameters and corner radii in mm, by the number or name of the tool",
-        "remap": "meaning of codes that the builder of the machine defines",
-        "keep_out": "fixtures by name: boxes in mm, or files of meshes",
-        "stock": "what the tool may cut: a box in mm, or the file of a mesh",
-        "part": "the finished part, with which the rows are compared",
-        "tool_table": "file of the tool table of a control",
-        "tool_lengths": "file of measured tool lengths",
-        "measured_offset": "file of the measured work offset",
-        "tool_shapes": "file of cutters, shanks and holders",
-        "parameters": "file of numbered parameters before the program",
-    }
-
-    wcs: dict[str, Annotated[list[Place], Meta(min_length=3, max_length=4)] | Literal["measure"]] = field(
-        default_factory=dict
-    )
-    tools: dict[str, InlineTool] = field(default_factory=dict)
-    remap: dict[str, Meaning | Literal["decide"]] = field(default_factory=dict)
+    ] = field(default_factory=dict)
+    tools: Annotated[
+        dict[str, InlineTool], "lengths, diameters and corner radii in mm, by the number or name of the tool"
+    ] = field(default_factory=dict)
+    remap: Annotated[
+        dict[str, Meaning | Literal["decide"]], "meaning of codes that the builder of the machine defines"
+    ] = field(default_factory=dict)
     siemens: dict[str, Any] = field(default_factory=dict)
     fanuc: dict[str, Any] = field(default_factory=dict)
     rs274: dict[str, Any] = field(default_factory=dict)
     heidenhain: dict[str, Any] = field(default_factory=dict)
     aptcl: dict[str, Any] = field(default_factory=dict)
-    keep_out: dict[str, FixtureFile] = field(default_factory=dict)
-    stock: FixtureFile | None = None
-    part: PartFile | None = None
-    tool_table: FileName | None = None
-    tool_lengths: FileName | None = None
-    measured_offset: FileName | None = None
-    tool_shapes: FileName | None = None
-    parameters: FileName | None = None
+    keep_out: Annotated[dict[str, FixtureFile], "fixtures by name: boxes in mm, or files of meshes"] = field(
+        default_factory=dict
+    )
+    stock: Annotated[FixtureFile | None, "what the tool may cut: a box in mm, or the file of a mesh"] = None
+    part: Annotated[PartFile | None, "the finished part, with which the rows are compared"] = None
+    tool_table: Annotated[FileName | None, "file of the tool table of a control"] = None
+    tool_lengths: Annotated[FileName | None, "file of measured tool lengths"] = None
+    measured_offset: Annotated[FileName | None, "file of the measured work offset"] = None
+    tool_shapes: Annotated[FileName | None, "file of cutters, shanks and holders"] = None
+    parameters: Annotated[FileName | None, "file of numbered parameters before the program"] = None
 
 
 class ProgramSetup(Struct, frozen=True):

@@ -1,7 +1,6 @@
 """The machine file as a schema: keys, types, bounds. docs/machine-file.md says what they mean."""
 
 import math
-from collections.abc import Mapping
 from functools import cache
 from itertools import combinations, pairwise
 from typing import Annotated, Any, ClassVar, Final, Literal, cast
@@ -40,27 +39,17 @@ def check_range(value: list[float] | None) -> None:
 class VerneModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "verne"."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "leg1_x_offset": "D1 - d1 of leg I: platform attachment (from P) minus slider, along x, mm",
-        "R1": "leg I: half distance of the rods at the platform, mm",
-        "r1": "leg I: half distance of the rods at the slider, mm",
-        "L1": "length of the two rods of leg I, mm",
-        "leg23_x_offset": "D2 - d2 of legs II and III: platform attachment (from P) minus slider, along x, mm",
-        "R2": "legs II and III: distance of their platform attachments from P, along y, mm",
-        "r4": "legs II and III: distance of their sliders from the middle, along y, mm",
-        "L2": "rod length of leg II, mm",
-        "L3": "rod length of leg III, mm",
-    }
-
-    leg1_x_offset: Number
-    R1: Positive
-    r1: Positive
-    L1: Positive
-    leg23_x_offset: Number
-    R2: Positive
-    r4: Positive
-    L2: Positive
-    L3: Positive
+    leg1_x_offset: Annotated[Number, "D1 - d1 of leg I: platform attachment (from P) minus slider, along x, mm"]
+    R1: Annotated[Positive, "leg I: half distance of the rods at the platform, mm"]
+    r1: Annotated[Positive, "leg I: half distance of the rods at the slider, mm"]
+    L1: Annotated[Positive, "length of the two rods of leg I, mm"]
+    leg23_x_offset: Annotated[
+        Number, "D2 - d2 of legs II and III: platform attachment (from P) minus slider, along x, mm"
+    ]
+    R2: Annotated[Positive, "legs II and III: distance of their platform attachments from P, along y, mm"]
+    r4: Annotated[Positive, "legs II and III: distance of their sliders from the middle, along y, mm"]
+    L2: Annotated[Positive, "rod length of leg II, mm"]
+    L3: Annotated[Positive, "rod length of leg III, mm"]
 
     def check_together(self) -> None:
         if self.r1 >= self.R1:
@@ -72,11 +61,7 @@ class VerneModuleFile(Table, frozen=True, kw_only=True):
 class SerialModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "serial"."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "zero": "P at x = y = z = 0, base frame (z down), mm",
-    }
-
-    zero: Point
+    zero: Annotated[Point, "P at x = y = z = 0, base frame (z down), mm"]
 
 
 #: Legs closer together than this, seen from above, hold nothing: the platform would swing about them.
@@ -86,17 +71,10 @@ LEG_SEPARATION_DEG: Final = 1.0
 class LinearDeltaModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "linear_delta"."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "platform_radius": "distance of the platform's joints from P, mm",
-        "base_radius": "distance of the sliders' joints from the z axis of the base frame, mm",
-        "rod_length": "length of all six rods, mm",
-        "leg_angles_deg": "angles of the legs, from x towards y of the base frame",
-    }
-
-    platform_radius: Positive
-    base_radius: Positive
-    rod_length: Positive
-    leg_angles_deg: Point
+    platform_radius: Annotated[Positive, "distance of the platform's joints from P, mm"]
+    base_radius: Annotated[Positive, "distance of the sliders' joints from the z axis of the base frame, mm"]
+    rod_length: Annotated[Positive, "length of all six rods, mm"]
+    leg_angles_deg: Annotated[Point, "angles of the legs, from x towards y of the base frame"]
 
     def check_together(self) -> None:
         if self.platform_radius >= self.base_radius:
@@ -130,19 +108,11 @@ def expect_direction(name: str, vector: list[float]) -> None:
 class RodFile(Table, frozen=True, kw_only=True):
     """One of module.rod."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "platform": "joint on the platform, from P, mm",
-        "slider": "joint on the slider at 0, base frame, mm",
-        "rail": "direction of the rail",
-        "length": "length of the rod, mm",
-        "by": "the slider that moves the rod",
-    }
-
-    platform: Point
-    slider: Point
-    rail: Point
-    length: Positive
-    by: Literal["rho1", "rho2", "rho3"]
+    platform: Annotated[Point, "joint on the platform, from P, mm"]
+    slider: Annotated[Point, "joint on the slider at 0, base frame, mm"]
+    rail: Annotated[Point, "direction of the rail"]
+    length: Annotated[Positive, "length of the rod, mm"]
+    by: Annotated[Literal["rho1", "rho2", "rho3"], "the slider that moves the rod"]
 
     def check_together(self) -> None:
         expect_direction("rail", self.rail)
@@ -151,17 +121,12 @@ class RodFile(Table, frozen=True, kw_only=True):
 class RodsModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "rods"."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "home": "P at home, base frame, which decides the assembly mode, mm",
-        "home_mm": "approximate sliders at home; they say on which side of its slider each rod is",
-        "rod": "the six rods",
-        "largest_tilt_deg": "a platform that tilts more is in another assembly mode",
-    }
-
-    home: Point
-    home_mm: Point
-    rod: Annotated[list[RodFile], Meta(min_length=6, max_length=6)]
-    largest_tilt_deg: Annotated[float, Meta(gt=0, lt=90)] = 60.0
+    home: Annotated[Point, "P at home, base frame, which decides the assembly mode, mm"]
+    home_mm: Annotated[Point, "approximate sliders at home; they say on which side of its slider each rod is"]
+    rod: Annotated[list[RodFile], Meta(min_length=6, max_length=6), "the six rods"]
+    largest_tilt_deg: Annotated[float, Meta(gt=0, lt=90), "a platform that tilts more is in another assembly mode"] = (
+        60.0
+    )
 
     def check_together(self) -> None:
         idle = sorted({"rho1", "rho2", "rho3"} - {rod.by for rod in self.rod})
@@ -172,47 +137,27 @@ class RodsModuleFile(Table, frozen=True, kw_only=True):
 class SpindleFile(Table, frozen=True, kw_only=True):
     """[spindle]."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "nose_offset_mm": "from P along the tool axis to the gauge line",
-        "max_speed_rpm": "greatest speed of the spindle",
-    }
-
-    nose_offset_mm: Number
-    max_speed_rpm: Positive | None = None
+    nose_offset_mm: Annotated[Number, "from P along the tool axis to the gauge line"]
+    max_speed_rpm: Annotated[Positive | None, "greatest speed of the spindle"] = None
 
 
 class TableFile(Table, frozen=True, kw_only=True):
     """[table]."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "pivot": "a point on the tilt axis, base frame (z down), mm",
-        "rotary_offset": "from the pivot to the rotary centre on the table face, at A = 0, z up, mm",
-        "machine_zero": "from the rotary centre to the origin of machine coordinates, at A = 0, z up, mm",
-        "radius": "radius of the table face, mm",
-        "a_positive": "a positive A turns the part, or the tool against the part",
-        "c_positive": "a positive C turns the part, or the tool against the part",
-    }
-
-    pivot: Point
-    rotary_offset: Point
-    machine_zero: Point
-    radius: Positive
-    a_positive: Sense = "workpiece"
-    c_positive: Sense = "workpiece"
+    pivot: Annotated[Point, "a point on the tilt axis, base frame (z down), mm"]
+    rotary_offset: Annotated[Point, "from the pivot to the rotary centre on the table face, at A = 0, z up, mm"]
+    machine_zero: Annotated[Point, "from the rotary centre to the origin of machine coordinates, at A = 0, z up, mm"]
+    radius: Annotated[Positive, "radius of the table face, mm"]
+    a_positive: Annotated[Sense, "a positive A turns the part, or the tool against the part"] = "workpiece"
+    c_positive: Annotated[Sense, "a positive C turns the part, or the tool against the part"] = "workpiece"
 
 
 class HomeFile(Table, frozen=True, kw_only=True):
     """[home]."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "g28": "x, y, z and the rotary axes where G28 and --from home go, mm and degrees",
-        "g30": "x, y, z and the rotary axes where G30 goes, mm and degrees",
-        "park": "x, y, z and the rotary axes where --to park goes, mm and degrees",
-    }
-
-    g28: Pose
-    g30: Pose
-    park: Pose | None = None
+    g28: Annotated[Pose, "x, y, z and the rotary axes where G28 and --from home go, mm and degrees"]
+    g30: Annotated[Pose, "x, y, z and the rotary axes where G30 goes, mm and degrees"]
+    park: Annotated[Pose | None, "x, y, z and the rotary axes where --to park goes, mm and degrees"] = None
 
 
 PerActuator = Positive | Annotated[list[Positive], Meta(min_length=3, max_length=3)]
@@ -237,27 +182,16 @@ def check_ranges(value: list[Any]) -> None:
 class LimitsFile(Table, frozen=True, kw_only=True):
     """[limits] of the table; :func:`describe_limits_table` adds the actuators of a kind."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "a_deg": "tilt travel, in the sense of this file",
-        "c_deg": "rotary travel, in the sense of this file; unlimited without it",
-        "a_velocity": "greatest velocity, degrees/s",
-        "c_velocity": "greatest velocity, degrees/s",
-        "a_acceleration": "greatest acceleration, degrees/s2",
-        "c_acceleration": "greatest acceleration, degrees/s2",
-        "a_jerk": "greatest jerk, degrees/s3; not limited without it",
-        "c_jerk": "greatest jerk, degrees/s3; not limited without it",
-    }
-
     checks: ClassVar[Checks] = {"a_deg": check_range, "c_deg": check_range}
 
-    a_deg: Travel
-    c_deg: Travel | None = None
-    a_velocity: Positive
-    a_acceleration: Positive
-    a_jerk: Positive | None = None
-    c_velocity: Positive
-    c_acceleration: Positive
-    c_jerk: Positive | None = None
+    a_deg: Annotated[Travel, "tilt travel, in the sense of this file"]
+    c_deg: Annotated[Travel | None, "rotary travel, in the sense of this file; unlimited without it"] = None
+    a_velocity: Annotated[Positive, "greatest velocity, degrees/s"]
+    a_acceleration: Annotated[Positive, "greatest acceleration, degrees/s2"]
+    a_jerk: Annotated[Positive | None, "greatest jerk, degrees/s3; not limited without it"] = None
+    c_velocity: Annotated[Positive, "greatest velocity, degrees/s"]
+    c_acceleration: Annotated[Positive, "greatest acceleration, degrees/s2"]
+    c_jerk: Annotated[Positive | None, "greatest jerk, degrees/s3; not limited without it"] = None
 
 
 @cache
@@ -273,22 +207,18 @@ def describe_limits_table(group: str, rods: bool) -> type[LimitsFile]:
         True where a rod can come close to the horizontal, so that serial_singularity_mm is needed and
         parallel_singularity allowed.
     """
-    fields: list[Any] = [(f"{group}_mm", PerActuatorRange)]
-    fields += [(f"{group}_{what}", PerActuator) for what in ("velocity", "acceleration")]
-    fields.append((f"{group}_jerk", PerActuator | None, None))
+    jerk = Annotated[PerActuator | None, "greatest jerk, mm/s3; not limited without it"]
+    drop = Annotated[NotNegative, "smallest drop of a rod: the distance between its two ends along the rail"]
+    fields: list[Any] = [
+        (f"{group}_mm", Annotated[PerActuatorRange, "travel of the actuators, one for all or a list of three"]),
+        (f"{group}_velocity", Annotated[PerActuator, "greatest velocity, mm/s"]),
+        (f"{group}_acceleration", Annotated[PerActuator, "greatest acceleration, mm/s2"]),
+        (f"{group}_jerk", jerk, None),
+    ]
     if rods:
-        fields += [("serial_singularity_mm", NotNegative), ("parallel_singularity", Positive | None, None)]
-    namespace = {
-        "checks": {**LimitsFile.checks, f"{group}_mm": check_ranges},
-        "about": {
-            f"{group}_mm": "travel of the actuators, one for all or a list of three",
-            f"{group}_velocity": "greatest velocity, mm/s",
-            f"{group}_acceleration": "greatest acceleration, mm/s2",
-            f"{group}_jerk": "greatest jerk, mm/s3; not limited without it",
-            "serial_singularity_mm": "smallest drop of a rod: the distance between its two ends along the rail",
-            "parallel_singularity": "smallest measure of the parallel Jacobian",
-        },
-    }
+        measure = Annotated[Positive | None, "smallest measure of the parallel Jacobian"]
+        fields += [("serial_singularity_mm", drop), ("parallel_singularity", measure, None)]
+    namespace = {"checks": {**LimitsFile.checks, f"{group}_mm": check_ranges}}
     made = defstruct("LimitsFile", fields, bases=(LimitsFile,), namespace=namespace, frozen=True, kw_only=True)
     return cast("type[LimitsFile]", made)
 
@@ -300,17 +230,16 @@ Cone = Annotated[float, Meta(gt=0, lt=180)]
 class RodsFile(Table, frozen=True, kw_only=True):
     """[rods] of every kind: sizes of rods and ball joints; a kind adds where its rods are."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "diameter_mm": "of the rods: one value, or a list of three for legs I, II, III",
-        "slider_cone_deg": "half angle of the cone in which a ball joint at the slider lets its rod move",
-        "platform_cone_deg": "half angle of the cone in which a ball joint at the platform lets its rod move",
-        "cone_centre": "platform position, base frame, at which the rods are in the middle of their cones, mm",
-    }
-
-    diameter_mm: PerLeg | None = None
-    slider_cone_deg: Cone | None = None
-    platform_cone_deg: Cone | None = None
-    cone_centre: Point | None = None
+    diameter_mm: Annotated[PerLeg | None, "of the rods: one value, or a list of three for legs I, II, III"] = None
+    slider_cone_deg: Annotated[
+        Cone | None, "half angle of the cone in which a ball joint at the slider lets its rod move"
+    ] = None
+    platform_cone_deg: Annotated[
+        Cone | None, "half angle of the cone in which a ball joint at the platform lets its rod move"
+    ] = None
+    cone_centre: Annotated[
+        Point | None, "platform position, base frame, at which the rods are in the middle of their cones, mm"
+    ] = None
 
     def check_together(self) -> None:
         cones = self.slider_cone_deg is not None or self.platform_cone_deg is not None
@@ -321,65 +250,47 @@ class RodsFile(Table, frozen=True, kw_only=True):
 class VerneRodsFile(RodsFile, frozen=True, kw_only=True):
     """[rods] of kind "verne"."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "leg1_slider_x": "x of the slider's joints of leg I, base frame, mm",
-        "leg23_slider_x": "x of the slider's joints of legs II and III, base frame, mm",
-        "leg23_spacing": "distance of the two rods of a parallelogram, along x, mm",
-    }
-
-    leg1_slider_x: Number
-    leg23_slider_x: Number
-    leg23_spacing: Positive
+    leg1_slider_x: Annotated[Number, "x of the slider's joints of leg I, base frame, mm"]
+    leg23_slider_x: Annotated[Number, "x of the slider's joints of legs II and III, base frame, mm"]
+    leg23_spacing: Annotated[Positive, "distance of the two rods of a parallelogram, along x, mm"]
 
 
 class TolerancesFile(Table, frozen=True, kw_only=True):
     """[tolerances]: standard deviations of the parts as made, mm and mrad; a key for parts of their own."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "lengths_mm": "of every position and length without its own key",
-        "directions_mrad": "of every direction without its own key, mrad",
-        "platform_ends_mm": "of platform_ends_mm in [as_built]; without it lengths_mm",
-        "slider_ends_mm": "of slider_ends_mm in [as_built]; without it lengths_mm",
-        "rod_lengths_mm": "of rod_lengths_mm in [as_built]; without it lengths_mm",
-        "tilt_axis_mm": "of tilt_axis_mm in [as_built]; without it lengths_mm",
-        "rotary_axis_mm": "of rotary_axis_mm in [as_built]; without it lengths_mm",
-        "guides_mrad": "of guides_mrad in [as_built], mrad; without it directions_mrad",
-        "tilt_axis_mrad": "of tilt_axis_mrad in [as_built], mrad; without it directions_mrad",
-        "rotary_axis_mrad": "of rotary_axis_mrad in [as_built], mrad; without it directions_mrad",
-        "spindle_axis_mrad": "of spindle_axis_mrad in [as_built], mrad; without it directions_mrad",
-    }
-
-    lengths_mm: Positive = 0.05
-    directions_mrad: Positive = 0.1
-    platform_ends_mm: Positive | None = None
-    slider_ends_mm: Positive | None = None
-    rod_lengths_mm: Positive | None = None
-    guides_mrad: Positive | None = None
-    tilt_axis_mm: Positive | None = None
-    tilt_axis_mrad: Positive | None = None
-    rotary_axis_mm: Positive | None = None
-    rotary_axis_mrad: Positive | None = None
-    spindle_axis_mrad: Positive | None = None
+    lengths_mm: Annotated[Positive, "of every position and length without its own key"] = 0.05
+    directions_mrad: Annotated[Positive, "of every direction without its own key, mrad"] = 0.1
+    platform_ends_mm: Annotated[Positive | None, "of platform_ends_mm in [as_built]; without it lengths_mm"] = None
+    slider_ends_mm: Annotated[Positive | None, "of slider_ends_mm in [as_built]; without it lengths_mm"] = None
+    rod_lengths_mm: Annotated[Positive | None, "of rod_lengths_mm in [as_built]; without it lengths_mm"] = None
+    guides_mrad: Annotated[Positive | None, "of guides_mrad in [as_built], mrad; without it directions_mrad"] = None
+    tilt_axis_mm: Annotated[Positive | None, "of tilt_axis_mm in [as_built]; without it lengths_mm"] = None
+    tilt_axis_mrad: Annotated[Positive | None, "of tilt_axis_mrad in [as_built], mrad; without it directions_mrad"] = (
+        None
+    )
+    rotary_axis_mm: Annotated[Positive | None, "of rotary_axis_mm in [as_built]; without it lengths_mm"] = None
+    rotary_axis_mrad: Annotated[
+        Positive | None, "of rotary_axis_mrad in [as_built], mrad; without it directions_mrad"
+    ] = None
+    spindle_axis_mrad: Annotated[
+        Positive | None, "of spindle_axis_mrad in [as_built], mrad; without it directions_mrad"
+    ] = None
 
 
 class ClearanceFile(Table, frozen=True, kw_only=True):
     """[clearance]: smallest distance between bodies, and the bodies other than rods."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "minimum_mm": "smallest distance: rod to rod, rod to spindle, spindle or tool to table",
-        "spindle_diameter_mm": "diameter of the spindle, a capsule that starts at the gauge line",
-        "spindle_top_mm": "height of its upper end above the platform point P",
-        "tool_diameter_mm": "diameter of the largest tool",
-        "platform_ends_mm": "the platform as a capsule between these two points, platform frame (z down)",
-        "platform_diameter_mm": "of that capsule",
-    }
-
-    minimum_mm: NotNegative
-    spindle_diameter_mm: Positive | None = None
-    spindle_top_mm: NotNegative = 0.0
-    tool_diameter_mm: Positive | None = None
-    platform_ends_mm: Annotated[list[Point], Meta(min_length=2, max_length=2)] | None = None
-    platform_diameter_mm: Positive | None = None
+    minimum_mm: Annotated[NotNegative, "smallest distance: rod to rod, rod to spindle, spindle or tool to table"]
+    spindle_diameter_mm: Annotated[
+        Positive | None, "diameter of the spindle, a capsule that starts at the gauge line"
+    ] = None
+    spindle_top_mm: Annotated[NotNegative, "height of its upper end above the platform point P"] = 0.0
+    tool_diameter_mm: Annotated[Positive | None, "diameter of the largest tool"] = None
+    platform_ends_mm: Annotated[
+        Annotated[list[Point], Meta(min_length=2, max_length=2)] | None,
+        "the platform as a capsule between these two points, platform frame (z down)",
+    ] = None
+    platform_diameter_mm: Annotated[Positive | None, "of that capsule"] = None
 
     def check_together(self) -> None:
         if (self.platform_ends_mm is None) != (self.platform_diameter_mm is None):
@@ -401,37 +312,31 @@ def check_lead_error(value: list[list[float]] | None) -> None:
 class DriveFile(Table, frozen=True, kw_only=True):
     """[drives.JOINT]: how one drive counts."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "unit": "name of the numbers, for the heading",
-        "sign": "-1 where the drive counts the other way",
-        "zero": "where the drive reads 0, mm or degrees",
-        "scale": "numbers per mm or degree",
-        "integer": "whether the drive takes whole numbers",
-        "lead_error": "measured error at commanded positions, rising: [position, error] in mm or degrees",
-    }
-
     checks: ClassVar[Checks] = {"lead_error": check_lead_error}
 
-    unit: Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9]*$", description="letters and digits, a letter first")]
-    sign: Literal[1, -1] = 1
-    zero: Number = 0.0
-    scale: Positive = 1.0
-    integer: bool = False
-    lead_error: Annotated[list[Range], Meta(min_length=2)] | None = None
+    unit: Annotated[
+        str,
+        Meta(pattern=r"^[A-Za-z][A-Za-z0-9]*$", description="letters and digits, a letter first"),
+        "name of the numbers, for the heading",
+    ]
+    sign: Annotated[Literal[1, -1], "-1 where the drive counts the other way"] = 1
+    zero: Annotated[Number, "where the drive reads 0, mm or degrees"] = 0.0
+    scale: Annotated[Positive, "numbers per mm or degree"] = 1.0
+    integer: Annotated[bool, "whether the drive takes whole numbers"] = False
+    lead_error: Annotated[
+        Annotated[list[Range], Meta(min_length=2)] | None,
+        "measured error at commanded positions, rising: [position, error] in mm or degrees",
+    ] = None
 
 
 class AccuracyFile(Table, frozen=True, kw_only=True):
     """[accuracy]."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "tip_mm": "how far blended corners may leave the path of the tip",
-        "axis_deg": "how far blended corners may leave the tool axis",
-        "uncorrected_axis_deg": "with [as_built]: largest error of the tool axis that the rotary axes cannot correct",
-    }
-
-    tip_mm: Positive = 0.01
-    axis_deg: Positive = 0.05
-    uncorrected_axis_deg: Positive | None = None
+    tip_mm: Annotated[Positive, "how far blended corners may leave the path of the tip"] = 0.01
+    axis_deg: Annotated[Positive, "how far blended corners may leave the tool axis"] = 0.05
+    uncorrected_axis_deg: Annotated[
+        Positive | None, "with [as_built]: largest error of the tool axis that the rotary axes cannot correct"
+    ] = None
 
 
 #: A lower frequency (Hz) would make a machine wait for a second at every stop; more damping needs no shaper.
@@ -452,25 +357,18 @@ def check_modes(value: list[list[float]]) -> None:
 class VibrationFile(Table, frozen=True, kw_only=True):
     """[vibration]: modes as [frequency in Hz, damping ratio], and the input shaper for them."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "modes": "vibration modes: [frequency in Hz, damping ratio 0 to 0.5]",
-        "shaper": "input shaper, unless --shaper says otherwise",
-    }
-
     checks: ClassVar[Checks] = {"modes": check_modes}
 
-    modes: Annotated[list[Range], Meta(min_length=1, max_length=4)]
-    shaper: Shaper | None = None
+    modes: Annotated[
+        list[Range], Meta(min_length=1, max_length=4), "vibration modes: [frequency in Hz, damping ratio 0 to 0.5]"
+    ]
+    shaper: Annotated[Shaper | None, "input shaper, unless --shaper says otherwise"] = None
 
 
 class ControlFile(Table, frozen=True, kw_only=True):
     """[control]."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "cycle_s": "control cycle: time from row to row of a setpoint file",
-    }
-
-    cycle_s: Annotated[float, Meta(ge=1e-4, le=1.0)]
+    cycle_s: Annotated[float, Meta(ge=1e-4, le=1.0), "control cycle: time from row to row of a setpoint file"]
 
 
 class ProvenanceFile(Table, frozen=True, kw_only=True):
@@ -494,45 +392,26 @@ class ProvenanceFile(Table, frozen=True, kw_only=True):
 class MachineFile(Table, frozen=True, kw_only=True):
     """The file as a whole; ``module`` and ``limits`` are checked against the schemas of its ``kind``."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "schema": "version of this format",
-        "name": "of the machine, in summaries and reports",
-        "kind": "the mechanism that moves the spindle",
-        "module": "sizes of the parallel module",
-        "spindle": "the spindle on the platform",
-        "table": "the tilting rotary table",
-        "home": "positions of G28, G30 and --to park",
-        "limits": "travel, velocity, acceleration and jerk of the joints",
-        "accuracy": "tolerance of blended corners",
-        "rods": "sizes of rods and ball joints",
-        "as_built": "deviations of the parts of the machine as built",
-        "tolerances": "standard deviations of the parts as made, before a calibration",
-        "clearance": "smallest distance between bodies, and their sizes",
-        "bodies": "meshes of spindle and platform",
-        "drives": "how the drives count, by joint",
-        "vibration": "vibration modes, and the input shaper for them",
-        "control": "the control",
-        "provenance": "where the values of each table are from",
-    }
-
-    schema: Literal[1, 2]
-    name: Annotated[str, Meta(min_length=1)]
-    kind: str
-    module: dict[str, object]
-    spindle: SpindleFile
-    table: TableFile
-    home: HomeFile | None = None
-    limits: dict[str, object]
-    accuracy: AccuracyFile | None = None
-    rods: dict[str, object] | None = None
-    as_built: object = None
-    tolerances: TolerancesFile | None = None
-    clearance: ClearanceFile | None = None
-    bodies: dict[Literal["spindle", "platform"], BodyFile] | None = None
-    drives: dict[str, DriveFile] | None = None
-    vibration: VibrationFile | None = None
-    control: ControlFile
-    provenance: ProvenanceFile
+    schema: Annotated[Literal[1, 2], "version of this format"]
+    name: Annotated[str, Meta(min_length=1), "of the machine, in summaries and reports"]
+    kind: Annotated[str, "the mechanism that moves the spindle"]
+    module: Annotated[dict[str, object], "sizes of the parallel module"]
+    spindle: Annotated[SpindleFile, "the spindle on the platform"]
+    table: Annotated[TableFile, "the tilting rotary table"]
+    home: Annotated[HomeFile | None, "positions of G28, G30 and --to park"] = None
+    limits: Annotated[dict[str, object], "travel, velocity, acceleration and jerk of the joints"]
+    accuracy: Annotated[AccuracyFile | None, "tolerance of blended corners"] = None
+    rods: Annotated[dict[str, object] | None, "sizes of rods and ball joints"] = None
+    as_built: Annotated[object, "deviations of the parts of the machine as built"] = None
+    tolerances: Annotated[TolerancesFile | None, "standard deviations of the parts as made, before a calibration"] = (
+        None
+    )
+    clearance: Annotated[ClearanceFile | None, "smallest distance between bodies, and their sizes"] = None
+    bodies: Annotated[dict[Literal["spindle", "platform"], BodyFile] | None, "meshes of spindle and platform"] = None
+    drives: Annotated[dict[str, DriveFile] | None, "how the drives count, by joint"] = None
+    vibration: Annotated[VibrationFile | None, "vibration modes, and the input shaper for them"] = None
+    control: Annotated[ControlFile, "the control"]
+    provenance: Annotated[ProvenanceFile, "where the values of each table are from"]
 
     def check_together(self) -> None:
         for group in ("home", "accuracy", "rods", "tolerances", "clearance", "bodies", "drives", "vibration"):

@@ -23,10 +23,12 @@ Checks = Mapping[str, Callable[[Any], None]]
 
 
 class Table(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table of a file: no unknown keys, no numbers in quotes."""
+    """A table of a file: no unknown keys, no numbers in quotes.
+
+    A note of a field says what its key means, with the unit, where the name does not say it.
+    """
 
     checks: ClassVar[Checks] = {}
-    about: ClassVar[Mapping[str, str]] = {}  #: What keys mean, with their unit, where their name does not say it.
     elsewhere: ClassVar[Mapping[str, str]] = {}  #: Keys that people write here, and where what they mean stands.
 
     def __post_init__(self) -> None:

@@ -2,11 +2,11 @@
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from fnmatch import fnmatch
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Annotated, Any, Final
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -35,28 +35,26 @@ PROJECT_FILE: Final = "pyproject.toml"
 class SettingsFile(Table, frozen=True, kw_only=True):
     """Content of the file."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "machine": "a name of verne-post machine list, or a machine file in the folder of the settings file",
-        "options": "options of programs",
-        "remap": "meaning of codes that the builder of the machine defines",
-        "keep_out": "fixtures by name: boxes in mm, or files of meshes",
-        "stock": "what the tool may cut: a box in mm, or the file of a mesh",
-        "check": "which findings count",
-        "setup": "set-ups of programs, by patterns of their names",
-    }
-
-    machine: str = DEFAULT_MACHINE
-    options: dict[str, Any] = field(default_factory=dict)
-    remap: dict[str, Meaning] = field(default_factory=dict)
+    machine: Annotated[
+        str, "a name of verne-post machine list, or a machine file in the folder of the settings file"
+    ] = DEFAULT_MACHINE
+    options: Annotated[dict[str, Any], "options of programs"] = field(default_factory=dict)
+    remap: Annotated[dict[str, Meaning], "meaning of codes that the builder of the machine defines"] = field(
+        default_factory=dict
+    )
     siemens: dict[str, Any] = field(default_factory=dict)
     fanuc: dict[str, Any] = field(default_factory=dict)
     rs274: dict[str, Any] = field(default_factory=dict)
     heidenhain: dict[str, Any] = field(default_factory=dict)
     aptcl: dict[str, Any] = field(default_factory=dict)
-    keep_out: dict[str, FixtureFile] = field(default_factory=dict)
-    stock: FixtureFile | None = None
-    check: CheckFile = field(default_factory=CheckFile)
-    setup: dict[str, dict[str, Any]] = field(default_factory=dict)
+    keep_out: Annotated[dict[str, FixtureFile], "fixtures by name: boxes in mm, or files of meshes"] = field(
+        default_factory=dict
+    )
+    stock: Annotated[FixtureFile | None, "what the tool may cut: a box in mm, or the file of a mesh"] = None
+    check: Annotated[CheckFile, "which findings count"] = field(default_factory=CheckFile)
+    setup: Annotated[dict[str, dict[str, Any]], "set-ups of programs, by patterns of their names"] = field(
+        default_factory=dict
+    )
 
 
 _ALLOWED: Final = tuple(name for name, option in OPTIONS.items() if option.about.in_settings)

@@ -13,6 +13,7 @@ from msgspec import Struct, field
 
 from verne_post.base.suggestions import MAY_BE_MEANT, drop_doubles, has_one_more
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
+from verne_post.gcode.letters import FLOW
 from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant, write_words
 from verne_post.gcode.templates import read_by_template
 from verne_post.model.findings import Remedy
@@ -29,23 +30,7 @@ _KEPT_LINES: Final = 4096
 WORD_LETTERS: Final = "ABCDEFGHIJKLMPQRSTUVWXYZ"
 #: Words of polar coordinates: distance and angle.
 POLAR: Final = "@^"
-KEYWORDS: Final = (
-    "SUB",
-    "ENDSUB",
-    "CALL",
-    "RETURN",
-    "DO",
-    "WHILE",
-    "ENDWHILE",
-    "IF",
-    "ELSEIF",
-    "ELSE",
-    "ENDIF",
-    "BREAK",
-    "CONTINUE",
-    "REPEAT",
-    "ENDREPEAT",
-)
+KEYWORDS: Final = tuple(FLOW)
 #: Where one keyword begins another the longer comes first.
 _KEYWORD: Final = re.compile(rf"(?:{'|'.join(sorted(KEYWORDS, key=len, reverse=True))})(?![A-Z])")
 _OPERAND: Final = r"(?:#(?:\d+|<[^>]*>)|\[[^\[\]]*\]|\d++\.?\d*+|\.\d++)"

@@ -152,6 +152,6 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known_words: Col
     return make_finding(NO_PROGRAM, text, line=first)
 
 
-def _quote(text: str, most: int = 40) -> str:
+def _quote(text: str) -> str:
     text = make_printable_in_place(text.partition("\n")[0])
-    return f'"{text[:most]}{"..." if len(text) > most else ""}"'
+    return f'"{text[:40]}{"..." if len(text) > 40 else ""}"'

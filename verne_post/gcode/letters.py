@@ -30,19 +30,24 @@ _LOGIC: Final = {
     "XOR": "true if exactly one of the conditions is true",
     "MOD": "remainder of a division",
 }
+#: Words behind o and its label, in which the order of execution is written.
+FLOW: Final = {
+    "SUB": "begins a subprogram", "ENDSUB": "ends a subprogram, and returns to its call",
+    "CALL": "calls a subprogram; its values are #1, #2, ... there", "RETURN": "returns to the call",
+    "DO": "begins a loop, which ends at while",
+    "WHILE": "repeats the lines up to endwhile as long as the condition is true; after do, goes back to it",
+    "ENDWHILE": "goes back to while",
+    "IF": "executes the lines up to elseif, else or endif if the condition is true",
+    "ELSEIF": "another condition, if those of if before it are false",
+    "ELSE": "begins the lines for false conditions of if", "ENDIF": "ends if",
+    "BREAK": "leaves the loop", "CONTINUE": "goes to the end of the loop",
+    "REPEAT": "repeats the lines up to endrepeat so many times", "ENDREPEAT": "goes back to repeat",
+}  # fmt: skip
 #: Words of expressions and of the order of execution that no table of their language has.
 OF_EXPRESSIONS: Final[Mapping[str, Mapping[str, str]]] = {
     "RS274/NGC": {
         **_MACRO_FUNCTIONS, **_OPERATORS, **_LOGIC,
-        "SUB": "begins a subprogram", "ENDSUB": "ends a subprogram, and returns to its call",
-        "CALL": "calls a subprogram; its values are #1, #2, ... there", "RETURN": "returns to the call",
-        "REPEAT": "repeats the lines up to endrepeat so many times", "ENDREPEAT": "goes back to repeat",
-        "WHILE": "repeats the lines up to endwhile as long as the condition is true; after do, goes back to it",
-        "ENDWHILE": "goes back to while", "DO": "begins a loop, which ends at while",
-        "IF": "executes the lines up to elseif, else or endif if the condition is true",
-        "ELSEIF": "another condition, if those of if before it are false",
-        "ELSE": "begins the lines for false conditions of if", "ENDIF": "ends if",
-        "BREAK": "leaves the loop", "CONTINUE": "goes to the end of the loop",
+        **FLOW,
     },
     "Fanuc": {
         **_MACRO_FUNCTIONS, **_OPERATORS, **_LOGIC,

@@ -1,26 +1,12 @@
 """Keys of the settings file by controller dialect: what builders of machines choose by machine data."""
 
 from collections.abc import Mapping
-from typing import ClassVar, Final, Literal, TypeVar
+from typing import Annotated, Final, Literal, TypeVar, get_args, get_origin
 
 from msgspec import Struct, field
+from msgspec.structs import fields
 
-#: Values that a key may have, where it is not any text or number.
-_CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
-    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
-    "polygon_angle": ("", "side", "corner"),
-    "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
-    "length_axis": ("", "Z", "plane"),
-    "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
-    "projection_angles": ("", "turned", "rising"),
-    "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
-    "flavour": ("", "linuxcnc", "pathpilot", "mach3", "grbl"), "arc_centres": ("incremental", "absolute"),
-    "dwell": ("seconds", "milliseconds"),
-    "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
-    "cycle_19": ("", "moves"), "motion": ("", "G0", "G1"),
-    "bare_arcs": ("", "lines"), "directions": ("", "machine"), "cutter_offsets": ("radius", "wear"),
-    "length_after_return": ("", "restored"), "length_in_g91": ("", "travelled", "kept"),
-}  # fmt: skip
+from verne_post.base.type_words import strip_bounds
 
 #: No tap has a larger pitch: a number beyond is a feed rate.
 MAX_PITCH_MM: Final = 25.4
@@ -31,199 +17,193 @@ MAX_SHIFT_MM: Final = 1e5
 class Rs274Keys(Struct, frozen=True):
     """Keys of [rs274], with their defaults: which of the controls that speak it."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "flavour": (
-            "how programs end, which comments speak, what M98 takes, what holds at the start; without the key: as "
-            '"linuxcnc"'
-        ),
-        "arc_centres": (
-            'what I J K are before G90.1 or G91.1: "incremental", from the start of the arc, or "absolute"'
-        ),
-        "dwell": 'what P of G4 and of cycles is: "seconds" or "milliseconds"',
-        "units": 'unit of lengths before any G20 or G21: "mm" or "inch"',
-    }
-
-    flavour: Literal["", "linuxcnc", "pathpilot", "mach3", "grbl"] = ""
-    arc_centres: Literal["incremental", "absolute"] = "incremental"
-    dwell: Literal["seconds", "milliseconds"] = "seconds"
-    units: Literal["", "mm", "inch"] = ""
+    flavour: Annotated[
+        Literal["", "linuxcnc", "pathpilot", "mach3", "grbl"],
+        "how programs end, which comments speak, what M98 takes, what holds at the start; without the key: as "
+        '"linuxcnc"',
+    ] = ""
+    arc_centres: Annotated[
+        Literal["incremental", "absolute"],
+        'what I J K are before G90.1 or G91.1: "incremental", from the start of the arc, or "absolute"',
+    ] = "incremental"
+    dwell: Annotated[
+        Literal["seconds", "milliseconds"], 'what P of G4 and of cycles is: "seconds" or "milliseconds"'
+    ] = "seconds"
+    units: Annotated[Literal["", "mm", "inch"], 'unit of lengths before any G20 or G21: "mm" or "inch"'] = ""
 
 
 class SiemensKeys(Struct, frozen=True):
     """Keys of [siemens], with their defaults."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "start": "a block that is executed before the program: the reset state of the control",
-        "rotation": 'angles of ROT X Y Z: "rpy" (about Z, then the new Y, then the new X) or "euler" (Z, X, Z)',
-        "orientation": (
-            'how the tool axis goes where no ORI word is programmed: "axes" linear in A and C; "vector" on a '
-            'great circle; "words" linear for A and C words, on a great circle for A3 B3 C3'
-        ),
-        "orientation_by_group": "ORIAXES and ORIVECT choose how the tool axis goes (else ORIMKS and ORIWKS do)",
-        "projected": (
-            'the second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane\'s line '
-            'in X Z or Y Z; "axes", that of the projected axis of the plane; without the key: such calls are refused'
-        ),
-        "polygon_angle": (
-            'STA of CYCLE79 is the direction of the middle of a side ("side") or of a corner ("corner") from '
-            "the middle of the polygon; without the key: such calls are refused"
-        ),
-        "offsets_in_g91": (
-            "whether the first incremental value of an axis after a change of frame, work offset or tool "
-            'length travels that change: "travelled" (SD42440 and SD42442 = 1), "kept" (0); without the key: such '
-            "values are refused"
-        ),
-        "d_numbers": (
-            'the meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", '
-            "the number of the tool itself (a flat structure of D numbers)"
-        ),
-        "length_axis": (
-            'along which axis a tool length acts under G18 and G19: "Z" in every plane (SD42940 = 17), or '
-            '"plane", Y under G18 and X under G19 (0), which is refused; without the key: as "Z", with a warning'
-        ),
-        "modulo_axes": "rotary axes whose absolute values count within the present turn",
-        "tools": 'T="name" and its number in the tool table',
-    }
-
-    start: str = "G1 G17 G40 G54 G60 G710 G90 G94"
-    rotation: Literal["rpy", "euler"] = "rpy"
-    orientation: Literal["words", "axes", "vector"] = "words"
-    orientation_by_group: bool = False
-    projected: Literal["", "traces", "axes"] = ""
-    polygon_angle: Literal["", "side", "corner"] = ""
-    offsets_in_g91: Literal["", "travelled", "kept"] = ""
-    d_numbers: Literal["edges", "tools"] = "edges"
-    length_axis: Literal["", "Z", "plane"] = ""
-    modulo_axes: str = ""
-    tools: Mapping[str, int] = field(default_factory=dict)
+    start: Annotated[str, "a block that is executed before the program: the reset state of the control"] = (
+        "G1 G17 G40 G54 G60 G710 G90 G94"
+    )
+    rotation: Annotated[
+        Literal["rpy", "euler"],
+        'angles of ROT X Y Z: "rpy" (about Z, then the new Y, then the new X) or "euler" (Z, X, Z)',
+    ] = "rpy"
+    orientation: Annotated[
+        Literal["words", "axes", "vector"],
+        'how the tool axis goes where no ORI word is programmed: "axes" linear in A and C; "vector" on a '
+        'great circle; "words" linear for A and C words, on a great circle for A3 B3 C3',
+    ] = "words"
+    orientation_by_group: Annotated[
+        bool, "ORIAXES and ORIVECT choose how the tool axis goes (else ORIMKS and ORIWKS do)"
+    ] = False
+    projected: Annotated[
+        Literal["", "traces", "axes"],
+        'the second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane\'s line '
+        'in X Z or Y Z; "axes", that of the projected axis of the plane; without the key: such calls are refused',
+    ] = ""
+    polygon_angle: Annotated[
+        Literal["", "side", "corner"],
+        'STA of CYCLE79 is the direction of the middle of a side ("side") or of a corner ("corner") from '
+        "the middle of the polygon; without the key: such calls are refused",
+    ] = ""
+    offsets_in_g91: Annotated[
+        Literal["", "travelled", "kept"],
+        "whether the first incremental value of an axis after a change of frame, work offset or tool "
+        'length travels that change: "travelled" (SD42440 and SD42442 = 1), "kept" (0); without the key: such '
+        "values are refused",
+    ] = ""
+    d_numbers: Annotated[
+        Literal["edges", "tools"],
+        'the meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", '
+        "the number of the tool itself (a flat structure of D numbers)",
+    ] = "edges"
+    length_axis: Annotated[
+        Literal["", "Z", "plane"],
+        'along which axis a tool length acts under G18 and G19: "Z" in every plane (SD42940 = 17), or '
+        '"plane", Y under G18 and X under G19 (0), which is refused; without the key: as "Z", with a warning',
+    ] = ""
+    modulo_axes: Annotated[str, "rotary axes whose absolute values count within the present turn"] = ""
+    tools: Annotated[Mapping[str, int], 'T="name" and its number in the tool table'] = field(default_factory=dict)
 
 
 class HeidenhainKeys(Struct, frozen=True):
     """Keys of [heidenhain], with their defaults."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "tools": 'TOOL CALL "name" and its number in the tool table',
-        "plunge_angle": ("how steeply a helix, or a way to and fro, goes down in milling cycles, degrees"),
-        "datums": "row of the datum table, and X, Y, Z of its shift, mm",
-        "cycle_19": (
-            '"moves": cycle 19 positions the rotary axes at its F, with its set-up clearance; without the key: they '
-            "stay"
-        ),
-    }
-
-    tools: Mapping[str, int] = field(default_factory=dict)
-    plunge_angle: float = 3.0
-    datums: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    cycle_19: Literal["", "moves"] = ""
+    tools: Annotated[Mapping[str, int], 'TOOL CALL "name" and its number in the tool table'] = field(
+        default_factory=dict
+    )
+    plunge_angle: Annotated[float, "how steeply a helix, or a way to and fro, goes down in milling cycles, degrees"] = (
+        3.0
+    )
+    datums: Annotated[
+        Mapping[str, tuple[float, float, float]], "row of the datum table, and X, Y, Z of its shift, mm"
+    ] = field(default_factory=dict)
+    cycle_19: Annotated[
+        Literal["", "moves"],
+        '"moves": cycle 19 positions the rotary axes at its F, with its set-up clearance; without the key: they stay',
+    ] = ""
 
 
 class FanucKeys(Struct, frozen=True):
     """Keys of [fanuc], with their defaults."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "inside_arc_percent": (
-            "parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many "
-            "percent. 100: F is that of the tool's centre"
-        ),
-        "decimal_point": (
-            'the meaning of a word without a decimal point: "calculator", X20 is 20 mm; "conventional", X20 '
-            "is 20 least input increments, 0.02 mm; without the key: as calculator, with a warning where a program has "
-            "both"
-        ),
-        "roll_pitch_yaw": (
-            'G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns '
-            'before have left ("moving"); without the key: several angles are refused where that differs'
-        ),
-        "projection_angles": (
-            'G68.2 P4: I above 0 turns X about Y of the part, so that it goes down ("turned"), or is the '
-            'angle by which it goes up ("rising"); without the key: I other than 0 is refused'
-        ),
-        "bore_shift": (
-            'direction in which the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", '
-            '"-X", "+Y", "-Y"; without the key: Q is refused'
-        ),
-        "dwell": 'what P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it',
-        "units": (
-            'unit of lengths before any G20 or G21: "mm" or "inch"; without the key: mm, with a note where a '
-            "program has neither"
-        ),
-        "motion": (
-            'what holds before any code of motion (parameter 3402): "G0" or "G1"; without the key: axes before one are '
-            "refused"
-        ),
-        "bare_arcs": (
-            'parameter 3403, bit 5 (CIR): "lines", G2 and G3 without I, J, K and R go straight (0); without the key: '
-            "they are refused (1, an alarm)"
-        ),
-        "directions": (
-            '"machine": beside a turned table X, Y, Z are in directions of the machine, from an origin that '
-            "stands, while no G43.4, G43.5, G68.2, G68.3 or G254 holds; without the key: they are those of the part"
-        ),
-        "cutter_offsets": (
-            'what D of G41 and G42 holds: "radius", that of the tool; "wear", how far the tool is off the '
-            "one for which the CAM system has computed the path of its centre: 0 here"
-        ),
-        "length_after_return": (
-            "parameter 5001, bit 6 (EVO): the tool length that G28, G30 or G53 with Z has cancelled is "
-            '"restored" in the next block (1); without the key: a Z before the next G43 or H is refused'
-        ),
-        "length_in_g91": (
-            "parameter 5006, bit 6 (TOS): the first incremental Z after a change of tool length is "
-            '"travelled" with that change (0), or "kept" (1); without the key: it is refused'
-        ),
-    }
-
-    inside_arc_percent: float = 0.0
-    decimal_point: Literal["", "calculator", "conventional"] = ""
-    roll_pitch_yaw: Literal["", "fixed", "moving"] = ""
-    projection_angles: Literal["", "turned", "rising"] = ""
-    bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
-    dwell: Literal["milliseconds", "seconds"] = "milliseconds"
-    units: Literal["", "mm", "inch"] = ""
-    motion: Literal["", "G0", "G1"] = ""
-    bare_arcs: Literal["", "lines"] = ""
-    directions: Literal["", "machine"] = ""
-    cutter_offsets: Literal["radius", "wear"] = "radius"
-    length_after_return: Literal["", "restored"] = ""
-    length_in_g91: Literal["", "travelled", "kept"] = ""
+    inside_arc_percent: Annotated[
+        float,
+        "parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many "
+        "percent. 100: F is that of the tool's centre",
+    ] = 0.0
+    decimal_point: Annotated[
+        Literal["", "calculator", "conventional"],
+        'the meaning of a word without a decimal point: "calculator", X20 is 20 mm; "conventional", X20 '
+        "is 20 least input increments, 0.02 mm; without the key: as calculator, with a warning where a program has "
+        "both",
+    ] = ""
+    roll_pitch_yaw: Annotated[
+        Literal["", "fixed", "moving"],
+        'G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns '
+        'before have left ("moving"); without the key: several angles are refused where that differs',
+    ] = ""
+    projection_angles: Annotated[
+        Literal["", "turned", "rising"],
+        'G68.2 P4: I above 0 turns X about Y of the part, so that it goes down ("turned"), or is the '
+        'angle by which it goes up ("rising"); without the key: I other than 0 is refused',
+    ] = ""
+    bore_shift: Annotated[
+        Literal["", "+X", "-X", "+Y", "-Y"],
+        'direction in which the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", '
+        '"-X", "+Y", "-Y"; without the key: Q is refused',
+    ] = ""
+    dwell: Annotated[
+        Literal["milliseconds", "seconds"],
+        'what P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it',
+    ] = "milliseconds"
+    units: Annotated[
+        Literal["", "mm", "inch"],
+        'unit of lengths before any G20 or G21: "mm" or "inch"; without the key: mm, with a note where a '
+        "program has neither",
+    ] = ""
+    motion: Annotated[
+        Literal["", "G0", "G1"],
+        'what holds before any code of motion (parameter 3402): "G0" or "G1"; without the key: axes before one are '
+        "refused",
+    ] = ""
+    bare_arcs: Annotated[
+        Literal["", "lines"],
+        'parameter 3403, bit 5 (CIR): "lines", G2 and G3 without I, J, K and R go straight (0); without the key: '
+        "they are refused (1, an alarm)",
+    ] = ""
+    directions: Annotated[
+        Literal["", "machine"],
+        '"machine": beside a turned table X, Y, Z are in directions of the machine, from an origin that '
+        "stands, while no G43.4, G43.5, G68.2, G68.3 or G254 holds; without the key: they are those of the part",
+    ] = ""
+    cutter_offsets: Annotated[
+        Literal["radius", "wear"],
+        'what D of G41 and G42 holds: "radius", that of the tool; "wear", how far the tool is off the '
+        "one for which the CAM system has computed the path of its centre: 0 here",
+    ] = "radius"
+    length_after_return: Annotated[
+        Literal["", "restored"],
+        "parameter 5001, bit 6 (EVO): the tool length that G28, G30 or G53 with Z has cancelled is "
+        '"restored" in the next block (1); without the key: a Z before the next G43 or H is refused',
+    ] = ""
+    length_in_g91: Annotated[
+        Literal["", "travelled", "kept"],
+        "parameter 5006, bit 6 (TOS): the first incremental Z after a change of tool length is "
+        '"travelled" with that change (0), or "kept" (1); without the key: it is refused',
+    ] = ""
 
 
 class AptKeys(Struct, frozen=True):
     """Keys of [aptcl], with their defaults: what cutter location text does not say itself."""
 
-    about: ClassVar[Mapping[str, str]] = {
-        "units": (
-            'unit of points before any UNITS: "mm" or "inch"; without the key: mm, and a FEDRAT in inches is refused'
-        ),
-        "msys": (
-            '"one clamping": every MSYS is in the clamping of the first, whose system is that of the work '
-            "offset; without the key: another MSYS is refused"
-        ),
-        "cutcom": (
-            '"centre": points are those of the tool\'s centre, and CUTCOM has no effect; without the key: CUTCOM is '
-            "refused"
-        ),
-        "insert": '"message": texts of INSERT are remarks; without the key: INSERT is refused',
-        "times": (
-            'what TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; '
-            '"whole", those before the arc; without the key: n greater than 1 is refused'
-        ),
-        "lengths": (
-            '"tools": the length is that of the tool, whichever register LOADTL names; without the key: it is that of '
-            "the register, where a word gives its number"
-        ),
-        "tools": "names of TOOL PATH, and their numbers in the tool table, where no LOAD/TOOL stands",
-        "pitches": "number of a tap, and pitch of its thread, mm, where CYCLE/TAP does not say it",
-    }
-
-    units: Literal["", "mm", "inch"] = ""
-    msys: Literal["", "one clamping"] = ""
-    cutcom: Literal["", "centre"] = ""
-    insert: Literal["", "message"] = ""
-    times: Literal["", "begun", "whole"] = ""
-    lengths: Literal["", "tools"] = ""
-    tools: Mapping[str, int] = field(default_factory=dict)
-    pitches: Mapping[str, float] = field(default_factory=dict)
+    units: Annotated[
+        Literal["", "mm", "inch"],
+        'unit of points before any UNITS: "mm" or "inch"; without the key: mm, and a FEDRAT in inches is refused',
+    ] = ""
+    msys: Annotated[
+        Literal["", "one clamping"],
+        '"one clamping": every MSYS is in the clamping of the first, whose system is that of the work '
+        "offset; without the key: another MSYS is refused",
+    ] = ""
+    cutcom: Annotated[
+        Literal["", "centre"],
+        '"centre": points are those of the tool\'s centre, and CUTCOM has no effect; without the key: CUTCOM is '
+        "refused",
+    ] = ""
+    insert: Annotated[
+        Literal["", "message"], '"message": texts of INSERT are remarks; without the key: INSERT is refused'
+    ] = ""
+    times: Annotated[
+        Literal["", "begun", "whole"],
+        'what TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; '
+        '"whole", those before the arc; without the key: n greater than 1 is refused',
+    ] = ""
+    lengths: Annotated[
+        Literal["", "tools"],
+        '"tools": the length is that of the tool, whichever register LOADTL names; without the key: it is that of '
+        "the register, where a word gives its number",
+    ] = ""
+    tools: Annotated[
+        Mapping[str, int], "names of TOOL PATH, and their numbers in the tool table, where no LOAD/TOOL stands"
+    ] = field(default_factory=dict)
+    pitches: Annotated[
+        Mapping[str, float], "number of a tap, and pitch of its thread, mm, where CYCLE/TAP does not say it"
+    ] = field(default_factory=dict)
 
 
 #: By the dialect that has them.
@@ -249,12 +229,11 @@ def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
     ValueError
         With the key, what is wrong, and what would be right.
     """
-    known = kind.__struct_fields__
+    known = {one.name: strip_bounds(one.type)[0] for one in fields(kind)}
     for name, value in given.items():
         if not isinstance(name, str) or name not in known:
             raise ValueError(f"{name}: no such key; expected {', '.join(known)}")
-        choices = _CHOICES.get(name)
-        if choices is not None and (not isinstance(value, str) or value not in choices):
+        if get_origin(known[name]) is Literal and value not in (choices := get_args(known[name])):
             raise ValueError(f"{name}: expected {' or '.join(filter(None, choices))}")
         if name in ("start", "modulo_axes") and not isinstance(value, str):
             raise ValueError(f"{name}: expected a text")

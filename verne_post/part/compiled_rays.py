@@ -45,7 +45,7 @@ def _round_end(corners: Any, n: Any, x: Any, y: Any, ux: Any, uy: Any, uz: Any, 
 
 @_compile
 def _meet_standing(
-    edges: Any, corners: Any, x: Any, first: Any, step: Any, count: Any, ux: Any, uy: Any, uz: Any, low: Any, high: Any
+    edges: Any, x: Any, first: Any, step: Any, count: Any, ux: Any, uy: Any, uz: Any, low: Any, high: Any
 ) -> None:
     """:func:`ray_tables.meet_standing` for a row of rays at y = first, first + step, ...
 
@@ -211,7 +211,7 @@ def _meet_row(
     x, first = (i + 0.5) * cell[0] - end[0], (j0 + 0.5) * cell[1] - end[1]
     upright = uz > 0 and math.sqrt(ux * ux + uy * uy) < VERTICAL
     if not upright:
-        _meet_standing(edges, corners, x, first, cell[1], j1 - j0, ux, uy, uz, low, high)
+        _meet_standing(edges, x, first, cell[1], j1 - j0, ux, uy, uz, low, high)
     for j in range(j1 - j0):
         if not upright and not low[j] < high[j]:
             continue

@@ -17,31 +17,14 @@ from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MOVE_COLUMNS, ZERO9, Frame, MoveKind, Moves
-from verne_post.model.toolpath import SegmentKind, ToolPath, find_sections
+from verne_post.model.toolpath import SEGMENT_COLUMNS, SegmentKind, ToolPath, find_sections
 from verne_post.toolpath.metric import measure_metric
 
 #: A stop stands as a dwell of this length, which becomes one cycle.
 STOP_SECONDS: Final = 1e-9
 
 #: What a path keeps for each segment or dwell and takes over as it is when paths are joined.
-_COLUMNS: Final = (
-    "line",
-    "kind",
-    "start",
-    "end",
-    "tool_length",
-    "feed_time",
-    "timed",
-    "length",
-    "arc",
-    "spline",
-    "turn",
-    "circle",
-    "free",
-    "move",
-    "dwell_seconds",
-    "dwell_line",
-)
+_COLUMNS: Final = (*(one for one in SEGMENT_COLUMNS if one not in ("joint", "section")), "dwell_seconds", "dwell_line")
 
 
 #: Rise of Z of the machine per mm along the tool below which no retract goes along the tool.

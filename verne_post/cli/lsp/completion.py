@@ -14,7 +14,7 @@ from msgspec.structs import FieldInfo, fields
 
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.type_words import describe, list_alternatives, strip_bounds
+from verne_post.base.type_words import describe, find_note, list_alternatives, strip_bounds
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.programs import is_setup
 from verne_post.config.chain import ChainMachineFile
@@ -165,7 +165,11 @@ def complete_key(path: Path, text: str, line: int, column: int) -> list[Choice]:
     if cursor.key:
         kind = find_type(top, _cut_tools(cursor.key))
         key = cursor.key[-1]
-        named = [f'"{name}"' for name in _NAMES[key]()] if key in _NAMES and kind is str else _list_values(kind)
+        named = (
+            [f'"{name}"' for name in _NAMES[key]()]
+            if key in _NAMES and strip_bounds(kind)[0] is str
+            else _list_values(kind)
+        )
         found = dict.fromkeys(named, _describe_values(kind))
     else:
         keys = _list_keys(find_type(top, _cut_tools(cursor.table))) or {}
@@ -260,13 +264,12 @@ def _make_control_tables() -> _Keys:
 
 
 def _list_fields(schema: type[Struct]) -> _Keys:
-    return {one.encode_name: (one.type, _describe_field(one, schema)) for one in fields(schema)}
+    return {one.encode_name: (one.type, _describe_field(one)) for one in fields(schema)}
 
 
-def _describe_field(one: FieldInfo, schema: type[Struct]) -> str:
+def _describe_field(one: FieldInfo) -> str:
     """What a key means where its schema says it, with its values, unit and default."""
-    tables = (getattr(each, "about", {}) for each in schema.__mro__)
-    meaning = next((table[one.encode_name] for table in tables if one.encode_name in table), "")
+    meaning = find_note(one.type)
     unit = find_unit(one.encode_name)
     # what stands for a size that is not known yet is no value to rely on
     is_known = one.default not in (NODEFAULT, None, "", TO_MEASURE)

@@ -23,35 +23,11 @@ _CIRCLE_NUMBERS: Final = (6, 7, 11)
 _NUMBERS: Final = r"\(\s*{}\s*/([^()]*)\)"
 _POINT, _VECTOR = _NUMBERS.format("POINT"), _NUMBERS.format("VECTOR")
 _FORMS: Final = tuple(
-    re.compile(r"\s*".join([*parts, "$"]), re.IGNORECASE)
-    for parts in (
-        ("", _NUMBERS.format("CIRCLE"), ",", "ON", r"(?:,\s*[12]\s*,\s*INTOF\s*)?", ",", _NUMBERS.format("LINE")),
-        (
-            "",
-            _NUMBERS.format("CYLNDR"),
-            ",",
-            "ON",
-            ",",
-            r"\(",
-            "PLANE",
-            "/",
-            "PERPTO",
-            ",",
-            r"\(",
-            "PLANE",
-            "/",
-            _POINT,
-            ",",
-            "PERPTO",
-            ",",
-            _VECTOR,
-            r"\)",
-            ",",
-            _POINT,
-            ",",
-            _POINT,
-            r"\)",
-        ),
+    re.compile(r"\s*".join(["", *form.split(), "$"]), re.IGNORECASE)
+    for form in (
+        rf"{_NUMBERS.format('CIRCLE')} , ON (?:,\s*[12]\s*,\s*INTOF\s*)? , {_NUMBERS.format('LINE')}",
+        rf"{_NUMBERS.format('CYLNDR')} , ON , \( PLANE / PERPTO , \( PLANE / {_POINT} , PERPTO , {_VECTOR} \) ,"
+        rf" {_POINT} , {_POINT} \)",
     )
 )
 

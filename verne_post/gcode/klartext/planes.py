@@ -318,7 +318,7 @@ class KlartextPlanes:
         here = [float(v) for v in coordinates.map_to_program(self.frames.find_machine_position(), base)]
         positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
         if len(positions) == 1:
-            return self._find_upright_angles(coordinates.turn_to_axis(here, normal, base), base, table)
+            return self._find_upright_angles(coordinates.turn_to_axis(here, normal, base), table)
 
         def rank(one: TablePosition) -> tuple[float, ...]:
             motion = abs(one.program[tilt] - here[tilt]) + one.motion
@@ -347,7 +347,7 @@ class KlartextPlanes:
     def _name_angles(self, position: TablePosition) -> str:
         return " ".join(f"{AXES[axis]}{position.program[axis]:+.3f}" for axis in self.setup.rotary)
 
-    def _find_upright_angles(self, position: list[float], base: object, table: Array | None) -> tuple[float, float]:
+    def _find_upright_angles(self, position: list[float], table: Array | None) -> tuple[float, float]:
         """The tool is vertical, C free: at 0, or with TABLE ROT so that X of the plane lies along X of the machine."""
         tilt, turn = self.setup.rotary
         if table is None or turn in self.setup.coordinates.head:

@@ -117,9 +117,7 @@ def mill_pocket(outline: PocketOutline, milling: Milling) -> Iterator[Stroke]:
         yield Stroke(middle, top, "rapid")
     yield Stroke(middle, milling.clear, "rapid")
     if milling.walls:
-        yield from _finish_wall(
-            fine[-1], milling, min(milling.radius, outline.inradius - milling.radius), outward=False
-        )
+        yield from _finish_wall(fine[-1], milling, min(milling.radius, outline.inradius - milling.radius))
         yield Stroke(middle, milling.clear, "rapid")
     if milling.floor:
         yield Stroke(middle, milling.lead_in(milling.levels[-1] if milling.levels else milling.bottom), "rapid")
@@ -250,12 +248,9 @@ def _follow(path: Path, height: float, pace: Pace) -> Iterator[Stroke]:
         yield Stroke(leg.end, height, pace, leg.center, leg.sweep)
 
 
-def _finish_wall(path: Path, milling: Milling, room: float, *, outward: bool) -> Iterator[Stroke]:
-    """Passes along a wall, each from and to a place beside it on quarter circles.
-
-    ``room`` is their radius, mm; ``outward``: the tool comes from outside of a stud.
-    """
-    arcs = _find_quarters(path, room, outward=outward, sense=milling.sense)
+def _finish_wall(path: Path, milling: Milling, room: float) -> Iterator[Stroke]:
+    """Passes along a wall, each from and to a place inside it on quarter circles of the radius ``room``, mm."""
+    arcs = _find_quarters(path, room, outward=False, sense=milling.sense)
     begin = arcs[0].start
     yield Stroke(begin, milling.clear, "rapid")
     for number, level in enumerate(milling.walls):
@@ -265,7 +260,7 @@ def _finish_wall(path: Path, milling: Milling, room: float, *, outward: bool) ->
         yield from _follow(arcs[0], level, "finish")
         yield from _follow(path, level, "finish")
         yield from _follow(arcs[1], level, "finish")
-        yield Stroke(arcs[1].end, milling.clear if outward else milling.lead_in(level), "rapid")
+        yield Stroke(arcs[1].end, milling.lead_in(level), "rapid")
     yield Stroke(arcs[1].end, milling.clear, "rapid")
 
 

@@ -120,7 +120,7 @@ class Flow:
         elif o.keyword in ("return", "endsub"):
             self._execute_return(o)
         elif o.keyword == "sub":
-            self._skip_sub(o, line)
+            self._skip_sub(o)
         elif o.keyword == "if":
             self._execute_if(o, line)
         elif o.keyword in ("elseif", "else"):  # the branch before it has been executed
@@ -188,7 +188,7 @@ class Flow:
 
     # --- calls -------------------------------------------------------------------------------------
 
-    def _skip_sub(self, o: OWord, line: int) -> None:
+    def _skip_sub(self, o: OWord) -> None:
         if o.label in self._called_labels and not self.calls.in_call:
             raise ProgramError(
                 "VP023",

@@ -2,7 +2,7 @@
 
 from verne_post.base.arrays import Array
 from verne_post.gcode.affine import build_rotation
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.frames import Frames
 from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.words import Words
@@ -24,7 +24,7 @@ class SiemensFrameWords:
         """Work system of a settable offset: 1 to 4 are G54 to G57, 5 and on G505 and on."""
         return number if number <= 9 else ADDITIONAL_SYSTEMS + number - 9
 
-    def run_frame_word(self, words: Words, block: At) -> None:
+    def run_frame_word(self, words: Words) -> None:
         """Execute TRANS, ROT, SCALE, MIRROR or an additive one."""
         word = words.find_code("frame")
         assert word is not None

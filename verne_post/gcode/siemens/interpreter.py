@@ -112,7 +112,7 @@ class SiemensInterpreter:
         """Functions that change frames, offsets and the transformation, and the dwell."""
         if words.find_code("frame") is not None:
             self._refuse_motion_beside(words, "frame")
-            self.frame_words.run_frame_word(words, block)
+            self.frame_words.run_frame_word(words)
         if words.find_code("pole") is not None:
             self._refuse_motion_beside(words, "pole")
             self.places.set_pole(words, block)

@@ -42,7 +42,7 @@ class SiemensPlaces:
 
     def read_places(self, words: Words, block: At) -> dict[int, float]:
         """Programmed places of the axes that a block names, absolute, mm and degrees."""
-        places = self._read_polar(words, block)
+        places = self._read_polar(words)
         for axis in places:
             self.motion.places_before.pop(axis, None)
         for axis, letter in enumerate(AXES):
@@ -133,7 +133,7 @@ class SiemensPlaces:
         x, y = (0.0 if word is None else word.value * self.motion.modes.length for word in values)
         self.motion.modes.pole = base[0] + x, base[1] + y
 
-    def _read_polar(self, words: Words, block: At) -> dict[int, float]:
+    def _read_polar(self, words: Words) -> dict[int, float]:
         angle, radius = words.take("AP"), words.take("RP")
         if angle is None and radius is None:
             return {}

@@ -59,26 +59,7 @@ from verne_post.model.findings import Remedy
 from verne_post.model.option_checks import CODE
 
 #: Words whose values may be meant otherwise than G90 and G91 say.
-MODAL_ADDRESSES: Final = (
-    "X",
-    "Y",
-    "Z",
-    "A",
-    "B",
-    "C",
-    "U",
-    "V",
-    "W",
-    "I",
-    "J",
-    "K",
-    "I1",
-    "J1",
-    "K1",
-    "AP",
-    "RP",
-    "SPOS",
-)
+MODAL_ADDRESSES: Final = (*"XYZABCUVWIJK", "I1", "J1", "K1", "AP", "RP", "SPOS")
 _LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*+(?:[+-][ \t]*+)?(?:[0-9]|\.[0-9])")
 #: AC and its value without parentheses.
 _MODE_AND_NUMBER: Final = re.compile(
