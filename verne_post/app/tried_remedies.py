@@ -169,8 +169,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         elif item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset or nothing))
             fixed_line = _find_line_in_machine(program, item)
-            if fixed_line and item.code not in (*ROTARY_CODES, *_OPTIONS) and find_turn(program, item) is None:
-                code = _find_machine_code(source, program, fixed_line)
+            code = _find_machine_code(source, program, fixed_line)
+            is_turn = not code and find_turn(program, item) is not None  # no word of the line says where it goes
+            if fixed_line and item.code not in (*ROTARY_CODES, *_OPTIONS) and not is_turn:
                 if not code and fixed_line not in program.moves.line[list(program.moves.machine_moves)]:
                     code = name_system(MACHINE_SYSTEM)
                 word_of = f" ({code})" if code else ""
