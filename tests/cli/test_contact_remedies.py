@@ -110,6 +110,86 @@ def test_only_heights_that_were_tried_are_told(
     assert "no move within" not in told
 
 
+#: A tool that cuts along a vise, and is not retracted before the table turns.
+TURNS = {
+    "plane.h": "BEGIN PGM P MM\nTOOL CALL 1 Z S8000 F800\nL A+0 C+0 R0 FMAX M3\nL X-30 Y-20 R0 FMAX\nL Z+20 R0 FMAX\n"
+    "L Z-3 F300\nL Y+20\nPLANE SPATIAL SPA+40 SPB+0 SPC+0 TURN FMAX SEQ-\nL X+0 Y+10 R0 FMAX\nL Z+60 R0 FMAX\n"
+    "PLANE RESET TURN FMAX\nL Z+100 R0 FMAX\nM30\nEND PGM P MM\n",
+    "m128.h": "BEGIN PGM P MM\nTOOL CALL 1 Z S8000 F800\nL A+0 C+0 R0 FMAX M3\nM128\nL X-30 Y-20 R0 FMAX\n"
+    "L Z+20 R0 FMAX\nL Z-3 F300\nL Y+20\nL A-40 C+0 R0 FMAX\nL X+0 Z+40 R0 FMAX\nL A+0 R0 FMAX\nM129\nM30\n"
+    "END PGM P MM\n",
+    "plane.mpf": "G17 G54 G90 G94 G710\nT1 D1\nM6\nCYCLE800()\nG0 X-30 Y-20\nG0 Z20\nG1 Z-3 F300 S8000 M3\nY20\n"
+    'CYCLE800(0,"",0,57,0,0,0,40,0,0,0,0,0,-1)\nG0 X0 Y10\nG0 Z60\nCYCLE800()\nM30\n',
+    "plane.nc": "%\nO0001\nG21 G17 G40 G49 G69 G80 G90 G94\nT1 M6\nS8000 M3\nG54 G0 A0. C0.\nG0 X-30. Y-20.\n"
+    "G43 H1 Z20.\nG1 Z-3. F300.\nY20.\nG68.2 X0. Y0. Z0. I0. J40. K0.\nG53.1\nG0 X0. Y10.\nG0 Z60.\nG69\n"
+    "G0 A0. C0.\nG0 Z100.\nM30\n%\n",
+    "inch.ngc": "G20 G17 G40 G49 G90 G94\nT1 M6\nS8000 M3\nG54 G0 A0 C0\nG43 H1\nG0 X-1.2 Y-.8\nG0 Z.8\nG1 Z-.12 F12\n"
+    "Y.8\nG0 A-40 C0\nG0 X0 Z1.6\nG0 A0 C0\nG0 Z4\nM30\n",
+}
+TURNS["two.ngc"] = TURNS["inch.ngc"].replace(
+    "G0 Z4\n", "G0 X-1.2 Y-.8\nG1 Z-.12\nY.8\nG0 A-35\nG0 X0 Z1.6\nG0 A0\nG0 Z4\n"
+)
+VISE = """[tools]
+1 = { length = 80, diameter = 8 }
+[wcs]
+G54 = [0, 0, 60]
+[keep_out.vise]
+min = [-80, 30, -40]
+max = [80, 60, 5]
+system = "G54"
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "turn", "before", "retract"),
+    [
+        ("plane.h", 8, [8], "L Z+100 R0 FMAX"),
+        ("m128.h", 9, [9], "L Z+50 R0 FMAX"),
+        ("plane.mpf", 9, [9], "G0 Z50"),
+        ("plane.nc", 12, [11], "G0 Z100."),
+        ("inch.ngc", 10, [10], "G0 Z4"),
+        ("two.ngc", 10, [10, 16], "G0 Z4"),
+    ],
+)
+def test_a_table_turns_after_a_retract(
+    name: str, turn: int, before: list[int], retract: str, write: Any, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """The line is written before that of the plane: behind it, Z would be that of the plane."""
+    path = write(name, TURNS[name])
+    (tmp_path / f"{name}.toml").write_text(VISE, encoding="utf-8")
+    refused = run("check", path, "--machine", "ac_trunnion").out
+    where = f"line{'s' * (len(before) > 1)} {' and '.join(map(str, before))}"
+    z = "-3.048" if name.endswith("ngc") else "-3"
+    said = f"retract the tool before {where}: {retract} (the tool is at Z {z} mm when line {turn} turns the table)"
+    assert refused.count(f" = tried: {said}: within limits\n") == refused.count("tried: ") == 1
+    assert f"  {said}: within limits\n" in run("explain", f"{path}:{turn}", "--machine", "ac_trunnion").out
+    lines = TURNS[name].split("\n")
+    for number in reversed(before):
+        lines.insert(number - 1, retract)
+    path.write_text("\n".join(lines), encoding="utf-8")
+    assert run("check", path, "--machine", "ac_trunnion").code == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("G0 A-40 C0", "G91\nG0 A-40\nG90"),  # a height would be a distance there
+        ("G0 A-40 C0", "A-40 C0 F900"),  # after a rapid, the feed move that turns would be one
+        ("G0 X0 Z1.6", "G0 X0 Z1.6\nG0 Y1.6"),  # the contact comes after the turn
+    ],
+)
+def test_no_retract_is_told_that_does_not_help(
+    old: str, new: str, write: Any, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    path = write("inch.ngc", TURNS["inch.ngc"].replace(old, new))
+    vise = VISE if "Y1.6" not in new else VISE.replace("30, -40", "45, -40").replace("60, 5", "90, 90")
+    (tmp_path / "inch.ngc.toml").write_text(vise, encoding="utf-8")
+    refused = run("check", path, "--machine", "ac_trunnion")
+    assert refused.code == 1
+    assert "VP215 error" in refused.out
+    assert "retract the tool" not in refused.out
+
+
 def test_a_call_of_a_file_is_no_cycle(write: Any, run: Callable[..., Any]) -> None:
     """It has rapids and cuts too."""
     path = write("call.nc", "G21 G90 G94 G17\nT4 M6\nS2000 M3\nG54\nG0 X0. Y0.\nG43 Z30. H4\nM98 P2001\nG0 Z50.\nM30\n")
@@ -195,7 +275,7 @@ def test_a_tool_sticks_out_of_its_holder_farther(write: Any, run: Callable[..., 
     refused = check(0.0)
     assert refused.count("the holder runs into the stock") == 2
     assert refused.count("`verne-post explain") == 1, "once for all lines"
-    assert "explains line 7 and tries other ends" in refused
+    assert "explains line 7 and tries what its motion allows: other ends" in refused
     assert re.search(r"longer stick-out; likewise lines? .*\b11\n", refused)
     told = run("explain", f"{path}:7", "--tool-shapes", tmp_path / "shapes.toml").out
     found = re.search(r"stick-out of tool 4 ([\d.]+) mm more, its length ([\d.]+) instead of 200 mm: no holder", told)

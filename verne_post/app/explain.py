@@ -15,7 +15,7 @@ from verne_post.app.assemble import (
     find_modal_state,
     find_state_if_executed,
 )
-from verne_post.app.constraints import check_line, guard_joints
+from verne_post.app.constraints import check_line, check_program, guard_joints
 from verne_post.app.contact_remedies import name_heights, propose_heights, propose_stick_out
 from verne_post.app.explain_line import (
     add_line_remedies,
@@ -29,6 +29,7 @@ from verne_post.app.line_facts import describe_time, measure_lines
 from verne_post.app.line_remedies import Line
 from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.plan import plan_program
+from verne_post.app.retract_remedies import add_retract, find_missing_retract, find_turn
 from verne_post.app.start_lines import quote_start
 from verne_post.app.tried_remedies import build_trial, find_end_before_contact, find_flipped_axis, find_offset_before
 from verne_post.base.long_text import Text, iterate_lines, take_line
@@ -117,6 +118,11 @@ def explain_source(
 def _add_remedies(source: Text, program: Program, shown: Line) -> Line:
     """The same line, with what would bring it within limits; another place is no cure of a motion that is not meant."""
     meant = find_meant_motion(source, program, shown.findings) or find_flipped_axis(source, program, shown.findings)
+    turns = meant is None and any(find_turn(program, item) for item in shown.findings)
+    if turns and (retract := find_missing_retract(source, program, check_program(program)[1])) is not None:
+        cured = tuple(add_retract(shown.findings, retract))
+        if any(item.remedies for item in cured):
+            return replace(shown, findings=cured)
     if meant is None:
         return _add_contact_remedies(source, program, add_line_remedies(shown, build_trial(source, program, shown)))
     cures = tuple(filter(None, (meant.text, find_offset_before(source, program, meant, shown.number))))

@@ -496,13 +496,13 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     if not findings:
         return
     gravest = find_worst(findings)
-    if not remedies.is_movable(line.joints):
+    found = list(dict.fromkeys(text for item in findings for text in item.remedies))
+    if not found and not remedies.is_movable(line.joints):
         machine = line.joints.machine
         planes = (describe_plane(line.moves, machine, item, line.number) for item in findings)
         causes = (*planes, *(_describe_kept_angle(line, item) for item in findings))
         yield next(filter(None, causes), "") or "the line is no motion of the part alone: nothing is proposed"
         return
-    found = list(dict.fromkeys(text for item in findings for text in item.remedies))
     what = "what would bring the line within limits" if gravest == "error" else "what would remove the warnings"
     if not found:
         if all(item.code == "VP301" for item in findings):  # its message has what helps

@@ -27,6 +27,7 @@ from verne_post.app.line_remedies import (
     propose_turns,
 )
 from verne_post.app.meant_motion import find_meant_motion
+from verne_post.app.retract_remedies import add_retract, find_missing_retract, find_turn
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import (
@@ -62,6 +63,7 @@ from verne_post.model.findings import (
     Remedy,
     has_line,
     join_lines,
+    list_lines,
     make_finding,
 )
 from verne_post.model.moves import find_tool_of_moves
@@ -134,6 +136,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     meant = find_meant_motion(source, program, findings)
     if meant is None:
         meant = find_flipped_axis(source, program, errors)
+    retract = find_missing_retract(source, program, findings) if meant is None else None
+    if retract is not None and retract.cures_all:
+        return add_retract(findings, retract)
     can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
     before = [] if meant is None else list_errors_before(program, errors, meant)
     in_inches = _find_mistaken_unit(source, program, errors)
@@ -168,8 +173,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         elif item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset or nothing))
             fixed_line = _find_line_in_machine(program, item)
-            if fixed_line and item.code not in (*ROTARY_CODES, *_OPTIONS):
-                code = _find_machine_code(source, program, fixed_line)
+            code = _find_machine_code(source, program, fixed_line)
+            is_turn = not code and find_turn(program, item) is not None  # no word of the line says where it goes
+            if fixed_line and item.code not in (*ROTARY_CODES, *_OPTIONS) and not is_turn:
                 if not code and fixed_line not in program.moves.line[list(program.moves.machine_moves)]:
                     code = name_system(MACHINE_SYSTEM)
                 word_of = f" ({code})" if code else ""
@@ -185,7 +191,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
             edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
-    return made
+    return made if retract is None else add_retract(made, retract)
 
 
 def name_cause(source: Text, program: Program, findings: Sequence[Finding]) -> list[Finding]:
@@ -210,7 +216,7 @@ def list_errors_before(program: Program, findings: Sequence[Finding], meant: Rem
 def find_offset_before(source: Text, program: Program, meant: Remedy, line: int) -> str | None:
     """The work offset that ``check`` names for an error of a line which begins before the motion that is doubted."""
     errors = _list_errors(check_program(program)[1])
-    if not any(line in _list_lines(item) for item in list_errors_before(program, errors, meant)):
+    if not any(line in list_lines(item) for item in list_errors_before(program, errors, meant)):
         return None
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
     found = _find_offset(source, program, movable, [], FARTHEST_MM)
@@ -386,7 +392,7 @@ def build_trial(source: Text, program: Program, line: Line) -> Trial:
         except InputError:
             return False
         before[:] = before or [_list_places(check_program(program, only_lines=True)[1])]
-        is_mended = all(line.number not in _list_lines(one) for one in _list_errors(after))
+        is_mended = all(line.number not in list_lines(one) for one in _list_errors(after))
         return is_mended and _list_places(after) <= before[0]
 
     return holds
@@ -401,11 +407,7 @@ def _list_wide_turns(program: Program) -> set[int]:
 
 def _list_places(findings: Sequence[Finding]) -> set[tuple[object, ...]]:
     told = [*_list_errors(findings), *(one for one in findings if one.code == "VP301")]
-    return {(one.code, one.axis, number) for one in told for number in _list_lines(one)}
-
-
-def _list_lines(item: Finding) -> Sequence[int]:
-    return item.lines or range(item.line or 0, (item.last_line or item.line or 0) + 1)
+    return {(one.code, one.axis, number) for one in told for number in list_lines(one)}
 
 
 def _change_line(text: str, remedy: Remedy) -> str | None:

@@ -271,6 +271,11 @@ def has_line(item: Finding, line: int) -> bool:
     return (item.line or 0) <= line <= (item.last_line or 0)
 
 
+def list_lines(item: Finding) -> Sequence[int]:
+    """The lines of a finding: those of one mistake, or its stretch."""
+    return item.lines or range(item.line or 0, (item.last_line or item.line or 0) + 1)
+
+
 #: So many stretches of the lines of a finding are named.
 _NAMED_STRETCHES: Final = 6
 

@@ -264,7 +264,9 @@ def find_explain_hint(item: Finding, program: str, run: Run = NO_RUN) -> str:
     if item.code == "VP110":  # where no place of the part helps, nothing else does
         what = "explains this line, says where the reach ends, and tries other places of the part"
     if item.code == "VP216":  # often a line before it is at fault
-        what = "explains this line and tries other ends, other heights of a cycle and a longer stick-out"
+        what = "explains this line and tries what its motion allows: other ends, heights of a cycle, a longer stick-out"
+        if list_found(item.remedies):
+            what = "explains this line"
     return f"{_name_explain(item, program, run)} {what}"
 
 
