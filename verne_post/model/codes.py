@@ -399,7 +399,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "of 100 mm; the stock is not cut because the program is out of limits and long; or a tool has no diameter, so "
      "what it has cut is not known.",
      "Move the rapid traverse above the stock, retract along the tool axis, or cut the place first; use a longer or "
-     "thinner tool. Where the tool has no diameter, write it into [tools] of the set-up."),
+     "thinner tool. Where the diameter of the tool is not known, give it."),
     ("VP217", "uncorrected tool axis error", "error",
      "On the as-built machine the tool axis is off by more than accuracy.uncorrected_axis_deg of the machine file. "
      "The table's tilt cannot correct this component, and C stays as programmed.",
