@@ -18,7 +18,7 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.setup import Setup
 from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Frame, Moves, TablePlace
+from verne_post.model.moves import Frame, Moves, TablePlace
 from verne_post.model.options import Options
 from verne_post.model.protocols import name_solution
 from verne_post.model.toolpath import ToolPath
@@ -77,13 +77,11 @@ def lay_out(
 
 
 def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[float, float]:
-    """Where the table really stands, as :class:`TablePlace` has it; under an upright tool as it was read."""
+    """Where the table really stands, as :class:`TablePlace` has it."""
     at = int(np.searchsorted(path.move, place.before)) - 1
     if place.by_words and at + 1 < len(path) and path.move[at + 1] == place.before:
         at += 1  # a rewind may come right before it
-    stands = np.zeros(len(AXES))
-    stands[list(machine.coordinates.rotary)] = place.machine
-    if at < 0 or machine.coordinates.find_other_side(stands) is None:
+    if at < 0:
         return place.machine
     words = machine.coordinates.map_from_table(np.zeros(3), path.end[at, 3:], Frame())
     a, c = (float(words[axis]) for axis in machine.coordinates.rotary)

@@ -11,7 +11,7 @@ from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Frame, Moves, TablePlace
+from verne_post.model.moves import Frame, Moves, TablePlace
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
@@ -61,7 +61,7 @@ def choose_branches(
             machine.coordinates.nutation,
             moves.find_named(path.move),
             away,
-            _find_held(path, [place for place in moves.table_places[places_known:] if _is_open(place, machine)]),
+            _find_held(path, [place for place in moves.table_places[places_known:] if not place.by_words]),
         )
         if plan is None:
             return None
@@ -124,13 +124,6 @@ def report_branch_changes(
             )
         )
     return findings
-
-
-def _is_open(place: TablePlace, machine: Machine) -> bool:
-    """Whether a tool axis leaves a place of the table to the branch: under an upright tool it is as it was read."""
-    stands = np.zeros(len(AXES))
-    stands[list(machine.coordinates.rotary)] = place.machine
-    return not place.by_words and machine.coordinates.find_other_side(stands) is not None
 
 
 def _find_held(path: ToolPath, places: list[TablePlace]) -> Mask:

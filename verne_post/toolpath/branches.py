@@ -254,11 +254,9 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     begin = np.stack([branch.apply_to(path.start[firsts, 3:]) for branch in states], axis=1)
     finish = np.stack([branch.apply_to(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
+    ways = _find_ways(choice, begin[0, :, 1])
     costs: list[list[_Cost]] = [
-        [
-            (int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0 if k else way, 0 if k else s)
-            for s, way in enumerate(_find_ways(choice, begin[0, :, 1]))
-        ]
+        [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, *((0, 0) if k else way)) for s, way in enumerate(ways)]
         for k in range(len(firsts))
     ]
     best = costs[0]
@@ -286,22 +284,24 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     return _lay_out(choice, spans, [states[s] for s in chosen], legal=total[0] == 0)
 
 
-def _find_ways(choice: _Choice, begin: Array) -> list[int]:
-    """Travel of C to where each branch begins (n,), from where words have left the table.
+def _find_ways(choice: _Choice, begin: Array) -> list[tuple[int, int]]:
+    """Travel of C to where each branch begins (n,), from where words have left the table; and the branch's rank.
 
-    Where no word has, a branch begins where the machine is put before the start: whole turns count.
+    Where no word has, a branch begins where the machine is put before the start: whole turns count. Of equal travel
+    the nearest branch is the first.
     """
     # a vertical beginning already stands as it will leave
     away = np.abs((choice.away or 0.0) + begin - choice.path.start[0, 4])
+    nearest = np.rint(away / TRAVEL_STEP).astype(int)
     if choice.away is None:
         away = 2 * np.pi * np.ceil(away / (2 * np.pi) - 0.5 - ZERO_ANGLE)
-    found: list[int] = np.rint(away / TRAVEL_STEP).astype(int).tolist()
-    return found
+    ranks = np.argsort(np.argsort(nearest, kind="stable"), kind="stable")
+    return list(zip(np.rint(away / TRAVEL_STEP).astype(int).tolist(), ranks.tolist(), strict=True))
 
 
 #: Numbers in order of weight: segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the
 #: programmed branch, turns of C in place under a vertical tool, rotary travel. Where all are equal, the last one keeps
-#: the first segment as it is.
+#: the first segment near its provisional angles.
 _Cost = tuple[int, int, int, int, int, int, int]
 
 

@@ -61,7 +61,7 @@ class KlartextFunctions:
         self.calls: list[str] = []  #: What a block asks for at its end: "cycle" (M99), "modal" (M89).
         self.has_ended = False
         self.delta_length = 0.0
-        self.core.auxiliary.switch_tcp = lambda on: self.set_tcp(on=on)
+        self.core.auxiliary.switch_tcp = lambda on, _at: self.set_tcp(on=on)
         self.spindle_angle = 0.0  #: Cycle 13: where M19 orients the spindle.
 
     # --- tools ---------------------------------------------------------------------------------------------

@@ -31,7 +31,7 @@ class Auxiliary:
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         self.setup, self.state, self.recorder = setup, state, recorder
         #: What a user-defined code does that switches tool-centre-point control; languages that have it set their own.
-        self.switch_tcp: Callable[[bool], None] = self._note_tcp
+        self.switch_tcp: Callable[[bool, At], None] = self._note_tcp
 
     # --- spindle -----------------------------------------------------------------------------------
 
@@ -173,7 +173,7 @@ class Auxiliary:
     def execute_meaning(self, at: At, code: str, meaning: str, words: Mapping[str, float]) -> None:
         """Execute what [remap] says of a code or of a name, beside some words."""
         if meaning in ("tcp on", "tcp off"):
-            self.switch_tcp(meaning == "tcp on")
+            self.switch_tcp(meaning == "tcp on", at)
         if meaning == "ignore":
             self.recorder.record_event(at.line, "without effect", word=code, why=IGNORED)
         else:
@@ -184,7 +184,7 @@ class Auxiliary:
         """The M code of spindle or tool change that [remap] gives as the meaning of a code; None without one."""
         return read_stand_in(self.find_user_meaning(letter, number) or "")
 
-    def _note_tcp(self, on: bool) -> None:
+    def _note_tcp(self, on: bool, _at: At) -> None:
         """In languages without such codes: while it is off, only moves that do not depend on it are executed."""
         self.state.tcp_off = not on
         self.recorder.say_tcp(True)

@@ -204,28 +204,28 @@ class SiemensInterpreter:
             was_on = self.modes.tcp
             if code == "TRAORI" and not self.motion.follows_part:
                 warn_of_late_tcp(self.core, self.motion.last_cut, words.line, code)
-            self._switch_tcp(code == "TRAORI")
+            self._switch_tcp(code == "TRAORI", At(words.line))
             if was_on and not self.motion.follows_part:
                 self.recorder.end_tcp(words.line, code)
 
-    def _switch_tcp(self, on: bool) -> None:
+    def _switch_tcp(self, on: bool, at: At) -> None:
         if self.modes.tcp == on:
             return
         self.core.refuse_compensation("TRAORI" if on else "TRAFOOF")
         if not on and self.state.tool_axis is not None and self.modes.frames.swivel.is_identity:
-            self.settle_vector()
+            self.settle_vector(at)
         self.modes.tcp = on
         self.motion.last_vector = NO_VECTOR
         self.recorder.say_tcp(True)
         self.motion.set_chain()
 
-    def settle_vector(self) -> None:
-        """A tool axis that is upright holds with A at 0; any other leaves the side of the table open."""
+    def settle_vector(self, at: At) -> None:
+        """A tool axis that is upright holds with A at 0, wherever C is; any other leaves the side of the table open."""
         vector = self.setup.coordinates.turn_displacement(
             np.array(self.state.tool_axis), replace(self.state.frame, tool=ZERO9)
         )
         if vector[2] >= 1.0 - _UPRIGHT:
-            self.core.hold_tool_axis(None)
+            self.core.settle_table(at)
 
     # --- dwell, motion, stops ---------------------------------------------------------------------------
 

@@ -107,7 +107,7 @@ class Swivel:
             self.to.recorder.end_tcp(line, "CYCLE800()")
         modes.frames = replace(modes.frames, swivel=Affine())
         if self.to.state.tool_axis is not None and not modes.tcp:
-            self.to.settle_vector()
+            self.to.settle_vector(At(line))
         self.to.motion.set_chain()
 
     def _retract(self, given: Arguments, block: At) -> None:
