@@ -424,7 +424,7 @@ def test_c_does_not_turn_for_the_place_of_the_machine_at_the_end(tail: str) -> N
 @pytest.mark.parametrize("word", ["C0", "C180"])
 @pytest.mark.parametrize("end", ["", "X30 Z5 I0 J0 K1\n"])
 def test_a_place_of_the_machine_after_tool_axes_is_that_of_its_words(word: str, end: str) -> None:
-    """Under an upright tool C stands as it was read; with a tilted one the text is read for where it stands."""
+    """The text is read again for where the tool axes leave the table."""
     cuts = "G1 X5 Z0 I0 J-.3 K.9539392 F1500\nX10 I0 J.3 K.9539392\n"
     source = (
         f"G21 G90 G54\nG0 X0 Y0 A0 {word}\nG43.5 H1 Z50\n{cuts}{end}G0 Z60\nG49\nG53 G0 Z0\nG53 G0 X100 Y-70\nM30\n"
@@ -434,6 +434,38 @@ def test_a_place_of_the_machine_after_tool_axes_is_that_of_its_words(word: str, 
     path = assemble(source.encode(), machine, setup).path
     joints, _platform, _ok = machine.five_axis.solve(path.end[-1:, :3], path.end[-1:, 3:], path.tool_length[-1:])
     assert joints[0, :3] == pytest.approx([100.0, -70.0, 0.0], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "source"),
+    [
+        (
+            "fanuc",
+            "G90 G21 G94\nG54\n{first}G43.5 H5\nG0 X-10 Y-5 Z60 I0 J0 K1\nG0 Z80\nG49\nG53 G0 Z0\n"
+            "G53 G0 X100 Y-70\nG43.5 H5\nG0 X-10 Y-5 Z60\nG1 X4 F700\nG1 X7.5 Y-.6 Z6.6 I.0349 J-.0261 K.9990\n"
+            "X9 Y.6 Z6 I-.0349 J.0261 K.9990\nX10.7 Y2.5 Z5.8 I0 J0 K1\nG0 Z80\nG49\nG53 G0 Z0\n"
+            "G53 G0 X100 Y-70\nM30\n",
+        ),
+        (
+            "siemens",
+            "G17 G71 G90 G94\nG54\n{first}TRAORI\nORIWKS\nG0 X-10 Y-5 Z60 A3=0 B3=0 C3=1\nG1 X4 F700\n"
+            "X7.5 Y-.6 Z6.6 A3=.0349 B3=-.0261 C3=.9990\nX9 Y.6 Z6 A3=-.0349 B3=.0261 C3=.9990\n"
+            "X10.7 Y2.5 Z5.8 A3=0 B3=0 C3=1\nG0 Z80\nTRAFOOF\nSUPA G0 Z0\nSUPA G0 X100 Y-70\nTRAORI\n"
+            "G0 X10 Y2 Z60\nTRAFOOF\nSUPA G0 Z0\nM30\n",
+        ),
+    ],
+)
+@pytest.mark.parametrize("first", ["", "G0 A0 C0\n"])
+@pytest.mark.parametrize("name", ["verne", "ac_trunnion"])
+def test_machine_coordinates_under_an_upright_tool_leave_c_to_the_whole_program(
+    dialect: str, source: str, first: str, name: str
+) -> None:
+    """The tool leans to -53.2 degrees and back: C is there or goes there, and never by 126.8 or 306.8 degrees."""
+    setup = vp.Options(tool_length=80, wcs={"G54": (0, 0, 50)}, dialect=dialect)
+    path = assemble(source.format(first=first).encode(), vp.load_machine(name), setup).path
+    c = np.degrees(path.end[:, 4])
+    assert np.ptp(c) <= 53.3
+    assert c[-1] == pytest.approx(-np.degrees(np.arctan2(0.0349, 0.0261)), abs=0.1)
 
 
 @pytest.mark.parametrize("first", ["G1 X10 A110 F3000", "G2 X20 I10 A110 F3000"])
