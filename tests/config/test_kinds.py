@@ -80,8 +80,30 @@ def test_limits_of_a_serial_machine_have_the_names_of_its_axes():
 
 @pytest.mark.parametrize("name", [*CHAINS, *CARRIERS])
 def test_kinematics_in_c_of_machines_of_one_chain_are_refused(name):
-    with pytest.raises(CannotExport, match=r"there is no C code for .* \(schema 2, \[(chain|carrier)\]\)"):
+    own = {"ac_trunnion": "xyzac-trt-kins", "bc_trunnion": "xyzbc-trt-kins"}.get(name)
+    said = rf"\. LinuxCNC's own {own} has these joints: set its pins" if own else ""
+    no_code = r"there is no C code for .* \(schema 2, \[(chain|carrier)\]\); kinds that have it: "
+    with pytest.raises(CannotExport, match=f"{no_code}linear_delta, serial, verne{said}$"):
         linuxcnc_kins.FORMAT.write(load_machine(name))
+
+
+@pytest.mark.parametrize(
+    ("pairs", "own"),
+    [
+        ([("turns = [0.0, 0.0, 1.0]", "turns = [0.0, 0.0, -1.0]")], ""),  # one sense conventional, the other not
+        ([(" 1.0]\nthrough", " -1.0]\nthrough"), ("turns = [1.0", "turns = [-1.0")], "xyzac-trt-kins"),
+        ([('positive = "tool"                   # ISO', 'positive = "part"  # ISO')], "xyzac-trt-kins"),
+        ([("slides = [0.0, 0.0, 1.0]", "slides = [0.0, 0.0, -1.0]")], ""),
+        ([("turns = [1.0, 0.0, 0.0]", "turns = [1.0, 0.0, 1.0]"), ("[-120.0", "[0.0")], ""),
+        ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]")], ""),
+    ],
+)
+def test_the_component_that_linuxcnc_has_for_a_trunnion_has_its_senses(pairs, own):
+    raw = text("ac_trunnion")
+    for old, new in pairs:
+        assert old in raw
+        raw = raw.replace(old, new)
+    assert linuxcnc_kins.name_own_component(build_machine(raw.encode(), "mine.toml")) == own
 
 
 @pytest.mark.parametrize("name", ["verne", "serial", "linear_delta", *CHAINS])

@@ -135,14 +135,15 @@ def test_max_is_that_of_maxkins(con: float) -> None:
     assert np.abs(find_tip(machine, linear, tilt, turn) - wanted).max() < 1e-9
 
 
-def test_limits_follow_the_joints_and_units() -> None:
+@pytest.mark.parametrize("units", ["inch", "0.03937", "0.0393700787\nANGULAR_UNITS = 1.0"])
+def test_limits_follow_the_joints_and_units(units: str) -> None:
     """Numbers of joints are the places of letters in coordinates; an inch is 25.4 mm, a degree a degree; axes bound
     rotary joints too.
     """
     text = write_ini(
         "xyzac-trt-kins coordinates=zyxcay",
         letters="zyxcay",
-        units="inch",
+        units=units,
         more="[AXIS_A]\nMAX_LIMIT = 90\n[AXIS_C]\nWRAPPED_ROTARY = 1\n",
     )
     machine, made = convert(text.replace("MAX_VELOCITY = 23\n", "MAX_VELOCITY = 23\nMAX_JERK = 2000\n"))
@@ -198,6 +199,9 @@ GOOD = write_ini("xyzac-trt-kins")
         (GOOD.replace("= mm", "= furlong"), "VP507", "[TRAJ]LINEAR_UNITS = furlong: expected one of mm"),
         (GOOD.replace("= mm", "= mm\nANGULAR_UNITS = rad"), "VP507",
          "m.ini:8: [TRAJ]ANGULAR_UNITS = rad: expected deg"),
+        (GOOD.replace("= mm", "= mm\nANGULAR_UNITS = 0.0174533"), "VP507", "expected deg, degree, or 1"),
+        (GOOD.replace("= mm", "= 25.4"), "VP507", "LINEAR_UNITS = 25.4: expected one of mm"),
+        (GOOD.replace("= mm", "= nan"), "VP507", "LINEAR_UNITS = nan: expected one of mm"),
         (GOOD + "#INCLUDE gone.inc\n", "VP507", "#INCLUDE gone.inc: there is no such file"),
         (write_ini("xyzac-trt-kins coordinates=xyzbc"), "VP507", "xyzac-trt-kins needs a too"),
         (write_ini("xyzac-trt-kins", "net :y xyzac-trt-kins.y-offset probe.out"), "VP507",
@@ -214,8 +218,8 @@ def test_what_cannot_be_read_or_meant_is_refused(text: str, code: str, said: str
         convert(text)
     [item] = refused.value.findings
     assert item.code == code
-    place = f"{item.file}:{item.file_line}: " if item.file else ""
-    assert said in place + item.message
+    assert item.file == "m.ini"
+    assert said in f"m.ini:{item.file_line}: {item.message}"
 
 
 def test_a_file_that_includes_itself_ends() -> None:
@@ -238,7 +242,10 @@ def test_the_command_writes_a_sound_file_and_says_the_senses(tmp_path: Path, run
     (folder / "m.ini").write_text(write_ini("pentakins"), encoding="utf-8")
     refused = run("machine", "import", folder / "m.ini", "-o", tmp_path / "other.toml")
     assert refused.code == 2
-    assert "VP508 error:" in refused.err + refused.out
+    assert "m.ini:5: VP508 error:" in refused.err
+    (folder / "m.ini").write_text(GOOD.replace("MIN_LIMIT = -100\n", ""), encoding="utf-8")
+    refused = run("machine", "import", folder / "m.ini", "-o", tmp_path / "other.toml")
+    assert refused.err.count("m.ini") == 1
     assert not (tmp_path / "other.toml").exists()
 
 

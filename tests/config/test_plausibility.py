@@ -13,13 +13,14 @@ from verne_post.app.capability import describe_moves
 from verne_post.config import list_machine_files
 from verne_post.config.load import build_machine
 
-VERNE = list_machine_files()["verne"].read_text(encoding="utf-8")
+VERNE, TRUNNION, HEXAPOD = (
+    list_machine_files()[name].read_text(encoding="utf-8") for name in ("verne", "ac_trunnion", "hexapod")
+)
 
 
-def warned(*changes):
-    text = VERNE
+def warned(*changes, text=VERNE):
     for old, new in changes:
-        assert text.count(old) == 1
+        assert old in text
         text = text.replace(old, new)
     machine = build_machine(text.encode(), "mine.toml")
     assert all((item.code, item.severity) == ("VP505", "warning") for item in machine.warnings)
@@ -58,6 +59,50 @@ def test_shipped_machines_are_plausible(name):
 def test_another_unit_is_warned_of(old, new, words):
     found, _machine = warned((old, new))
     assert any(words in text for text in found), found
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ([("through = [0.0, 0.0, 0.0]", "through = [0.03, -0.07, 0.0]")], []),  # a measured centre
+        ([("through = [0.0, 0.05, -52.3]", "through = [0.0, 0.0, 5.0]")], []),
+        ([("gauge = [0.0, 0.0, 420.0]", "gauge = [0.0, 0.0, 0.0]")], []),  # as LinuxCNC counts
+        ([("gauge = [0.0, 0.0, 420.0]", "gauge = [0.03, -0.07, 0.0]")], []),
+        ([("gauge = [0.0, 0.0, 420.0]", "gauge = [0.0, 0.0, 0.42]")], ["chain.gauge: a distance from chain.part_zero "
+          "of 0.42 mm is below 5 mm, which no machine tool has; if m were meant, write it as 420 mm"]),
+        ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]")], ["chain.axis: at joints 0 the tool points towards +z "
+          "of the part, from the spindle up, and no travel of a and c turns it down; chain.axis goes from the tip to "
+          "the spindle: is [0, 0, 1] meant, or chain.up the other way?"]),
+        ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]"), ("[-120.0, 30.0]", "[-180.0, 30.0]")], []),
+        ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]\nup = [0.0, 0.0, -1.0]")], []),
+        ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 1.0, 0.0]")], []),  # a horizontal spindle
+        ([("radius = 200.0", "radius = 0.2")], ["table.radius: 0.2 mm is below 10 mm"]),
+        ([("velocity = 500.0", "velocity = 0.5")], ["joints.x.velocity: 0.5 mm/s is below 5 mm/s, which no machine "
+          "tool has; if m/s were meant, write it as 500 mm/s; likewise joints.y, joints.z"]),
+        ([("jerk = 80000.0", "jerk = 80000000.0")], ["joints.x.acceleration and jerk: from rest to the full "
+          "acceleration takes 5e-05 s; expected 0.0001 to 30 s; likewise joints.y, joints.z"]),
+    ],
+)  # fmt: skip
+def test_joints_of_a_chain_are_doubted_by_what_cannot_be_small(changes, said):
+    """Points of axes are offsets; a gauge in m, and a radius in m, which switched VP210 off, had no doubt."""
+    found, _machine = warned(*changes, text=TRUNNION)
+    assert len(found) == len(said)
+    assert all(one in text for one, text in zip(said, found, strict=True)), found
+
+
+def test_legs_in_metres_are_one_finding():
+    def shrink(found):
+        return re.sub(r"-?\d+\.\d+", lambda number: repr(float(number[0]) / 1000.0), found[0])
+
+    chain = re.sub(r"^(home|gauge|part_zero) = .*|\{ platform.*", shrink, HEXAPOD.partition("[home]")[0], flags=re.M)
+    found, _machine = warned((HEXAPOD.partition("[home]")[0], chain), text=HEXAPOD)
+    assert [text.split(": ")[1] for text in found] == ["chain.gauge", "carrier.struts"], found
+    assert "lengths up to 0." in found[1]
+
+
+@pytest.mark.parametrize("place", ["[0.03, -0.07, 0.0]", "[0.0, 0.0, 0.0]"])
+def test_a_measured_centre_at_machine_zero_is_in_no_doubt(place):
+    assert warned(("machine_zero = [0.0, 0.0, 550.0]", f"machine_zero = {place}"))[0] == []
 
 
 def test_a_module_in_metres_is_named_before_what_follows_from_it(

@@ -396,7 +396,10 @@ def test_senses_in_words() -> None:
             },
         )
     )
-    assert list(describe_senses(machine))[3:] == [
+    points, *senses = describe_senses(machine)
+    said = "at joints 0 the tool points towards -z of the part: from the spindle down; its gauge point is at "
+    assert points == f"{said}0, 0, 300 of the part"
+    assert senses[3:] == [
         "B +10: the tool leans towards -x of the part",
         "C +10: with B +10, the tool leans from -x towards -y of the part",
     ]

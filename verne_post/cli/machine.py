@@ -196,7 +196,8 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
         from verne_post.kinematics.chain.senses import describe_senses
 
         echo(
-            "\n# Positive senses, from the values above. A wrong one passes every check: compare them with the machine."
+            "\n# Directions and positive senses, from the values above. A wrong one passes most checks: compare them "
+            "with the machine."
         )
         for text in describe_senses(machine):
             echo(f"# {text}")
@@ -268,6 +269,7 @@ def validate(name: str) -> int:
         files = RunFiles()
         machine = load(files, name)
         from verne_post.app.capability import describe_moves
+        from verne_post.base.numbers import format_count
         from verne_post.config import validate_machine
         from verne_post.config.chain import describe_skew_joints
         from verne_post.config.machine_paths import find_machine_path
@@ -279,7 +281,8 @@ def validate(name: str) -> int:
     except InputError as error:
         refuse(name, error)
         return ExitStatus.UNUSABLE
-    echo(f"{show_name(name)}: {machine.name} ({machine.describe_kind()}) is sound; sha256 {machine.sha256}")
+    verdict = f"has {format_count(len(machine.warnings), 'warning')}" if machine.warnings else "is sound"
+    echo(f"{show_name(name)}: {machine.name} ({machine.describe_kind()}) {verdict}; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
         echo(f"  {group}: {source}")
     data = read_toml(files.read(name if is_dash(name) else find_machine_path(name), "--machine"))

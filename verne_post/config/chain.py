@@ -15,6 +15,7 @@ from verne_post.base.suggestions import suggest
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.config.carrier import CarrierFile, build_carrier_machine, build_leg_clearance
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
+from verne_post.config.plausibility import find_implausible_in_chain
 from verne_post.config.schema import (
     AccuracyFile,
     ControlFile,
@@ -33,13 +34,13 @@ from verne_post.kinematics.chain.coordinates import ChainCoordinates
 from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.machine import ChainMachine, Rotary
 from verne_post.kinematics.chain.pair import PARALLEL, RIGHT_ANGLE, build_pair
+from verne_post.kinematics.chain.senses import is_upside_down
 from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 from verne_post.model.machine import Accuracy, Column, Limits, Machine
 from verne_post.model.moves import AXES
 from verne_post.model.nutation import Nutation
-from verne_post.model.plausibility import compare, compare_largest
 from verne_post.model.protocols import FiveAxis
 
 #: Three directions span no space where the volume of their unit vectors is smaller.
@@ -433,9 +434,23 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
             key: escape_unprinted(value) for key, value in asdict(file.provenance).items() if value is not None
         },
         drives=convert_drives(file.drives, columns, limits, file_name),
-        warnings=tuple(_find_implausible(file, file_name)),
+        warnings=(*find_implausible_in_chain(data, file_name), *_find_reversed_axis(file, geometry, limits, file_name)),
         vibration=convert_vibration(file.vibration),
     )
+
+
+def _find_reversed_axis(
+    file: ChainMachineFile, geometry: _Geometry, limits: Limits, file_name: str
+) -> Iterator[Finding]:
+    """VP505 of a tool that points up at joints 0, and that no travel turns down: the reverse of its axis is meant."""
+    if is_upside_down(geometry.machine, limits):
+        meant = ", ".join(f"{-value + 0.0:g}" for value in file.chain.axis)
+        text = (
+            f"{file_name}: chain.axis: at joints 0 the tool points towards +z of the part, from the spindle up, and no "
+            f"travel of {geometry.tilt} and {geometry.turn} turns it down; chain.axis goes from the tip to the "
+            f"spindle: is [{meant}] meant, or chain.up the other way?"
+        )
+        yield make_finding("VP505", text, advice="Reverse chain.axis, or chain.up, whichever is wrong.")
 
 
 def _convert_limits(file: ChainMachineFile, named: dict[str, JointFile], columns: tuple[Column, ...]) -> Limits:
@@ -455,27 +470,3 @@ def _convert_limits(file: ChainMachineFile, named: dict[str, JointFile], columns
     if file.carrier is not None:
         smallest, drop = file.carrier.smallest_singular_value, file.carrier.smallest_drop_mm or 0.0
     return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, drop, smallest)
-
-
-def _find_implausible(file: ChainMachineFile, file_name: str) -> Iterator[Finding]:
-    """Warnings (VP505) about values that are accepted but that no machine tool has: most often another unit."""
-    texts = list[str]()
-    for name, joint in file.joints.items():
-        kind, travel = ("linear", joint.travel_mm) if joint.turns is None else ("rotary", joint.travel_deg)
-        if travel is not None:
-            key = f"joints.{name}.travel_{'mm' if kind == 'linear' else 'deg'}"
-            texts += compare(key, travel[1] - travel[0], f"{kind} {key[-3:].strip('_')}", "a travel of ")
-        for ending in ("velocity", "acceleration", "jerk"):
-            if (value := getattr(joint, ending)) is not None:
-                texts += compare(f"joints.{name}.{ending}", value, f"{kind} {ending}")
-        texts += compare_largest(f"joints.{name}.through", joint.through or (), "module")
-    accuracy = file.accuracy or AccuracyFile()
-    for key, value, what in (
-        ("accuracy.tip_mm", accuracy.tip_mm, "tip tolerance"),
-        ("accuracy.axis_deg", accuracy.axis_deg, "axis tolerance"),
-        ("control.cycle_s", file.control.cycle_s, "cycle"),
-    ):
-        texts += compare_largest(key, (value,), what, "")
-    if file.spindle is not None:
-        texts += compare("spindle.max_speed_rpm", file.spindle.max_speed_rpm, "spindle.max_speed_rpm")
-    yield from (make_finding("VP505", f"{file_name}: {text}") for text in texts)

@@ -24,9 +24,12 @@ from verne_post.config.toml_text import (
     write_end,
     write_joint,
 )
-from verne_post.model.findings import make_finding, make_input_error
+from verne_post.model.findings import make_finding
 
 _MM: Final = {"mm": 1.0, "metric": 1.0, "in": 25.4, "inch": 25.4, "imperial": 25.4}
+#: Numbers count units in one mm, and in one degree. People round that of an inch to 0.03937.
+_INCH_IN_MM: Final = 1.0 / 25.4
+_ROUNDED: Final = 1e-5
 _DEGREES: Final = ("deg", "degree")
 #: Limits beyond this are none: the default of LinuxCNC is 1e99.
 _NO_LIMIT: Final = 1e9
@@ -178,11 +181,24 @@ def _find_unit(ini: IniFile) -> float:
     """Millimetres of a unit of length."""
     value, where = ini.find("TRAJ", "LINEAR_UNITS") or ("mm", ini.name)
     angular, there = ini.find("TRAJ", "ANGULAR_UNITS") or ("deg", ini.name)
-    if angular.lower() not in _DEGREES:
-        raise refuse_value(there, f"[TRAJ]ANGULAR_UNITS = {angular}: expected {' or '.join(_DEGREES)}")
-    if value.lower() not in _MM:
-        raise refuse_value(where, f"[TRAJ]LINEAR_UNITS = {value}: expected one of {', '.join(_MM)}")
-    return _MM[value.lower()]
+    if angular.lower() not in _DEGREES and _read_unit(angular) != 1.0:
+        raise refuse_value(there, f"[TRAJ]ANGULAR_UNITS = {angular}: expected deg, degree, or 1: units in one degree")
+    if value.lower() in _MM:
+        return _MM[value.lower()]
+    in_mm = _read_unit(value)
+    for unit, number in ((1.0, 1.0), (25.4, _INCH_IN_MM)):
+        if abs(in_mm - number) <= _ROUNDED * number:
+            return unit
+    text = f"[TRAJ]LINEAR_UNITS = {value}: expected one of {', '.join(_MM)}, or 1 or 0.03937: units in one mm"
+    raise refuse_value(where, text)
+
+
+def _read_unit(text: str) -> float:
+    """A unit that is given as a number; nan where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _place_rotary(
@@ -231,11 +247,11 @@ def _place_hexapod(
     the platform's origin, and program coordinates count from spindle-offset below the origin of the base.
     """
     if lengths["screw-lead"]:
-        raise make_input_error(
-            "VP508",
-            f"{ini.name}: {_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns "
-            "with their joints (strut length correction) are not executed; expected 0",
+        text = (
+            f"{_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns with their joints "
+            "(strut length correction) are not executed; expected 0"
         )
+        raise refuse_value(ini.name, text, "VP508")
     home = _read_home(ini, unit, notes)
     shift = lengths["spindle-offset"]
     lines = [

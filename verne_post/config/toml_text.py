@@ -289,9 +289,8 @@ def _name_beginning(text: str, message: str) -> str:
 def refuse_value(where: str, text: str, code: str = "VP507") -> InputError:
     """What stands at a place of the file of a control, FILE or FILE:LINE, cannot be taken."""
     file, _colon, line = where.rpartition(":")
-    if line.isdecimal():
-        return make_input_error(code, text, file=file, file_line=int(line))
-    return make_input_error(code, f"{where}: {text}")
+    place = {"file": file, "file_line": int(line)} if line.isdecimal() else {"file": where}
+    return make_input_error(code, text, **place)
 
 
 class ImportedMachine(Struct, frozen=True):

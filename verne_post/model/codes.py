@@ -489,9 +489,10 @@ CODES: Final[dict[str, Code]] = _make_table(
      "the wrong sign. Or a tool cuts nothing of the stock that another tool cuts in the same work system. Or no cut "
      "at all comes into the stock, which may stand elsewhere: its numbers are read from the table "
      "unless it has a system. Or the set-up was written for another machine, where places and lengths may count from "
-     "other points. The pitch of a tap is in doubt where it exceeds the diameter of the tool or 8 mm, is below 0.15 "
-     "mm, or is not that of the thread in the remark of the tool. M8X1 there allows 0.85 to 1.15 times 1 mm, and M8 "
-     "alone 0.25 to 1.15 times its coarse pitch, 1.25 mm. "
+     "other points. Or the tool of a machine file points up wherever its joints are. The pitch of a tap is in doubt "
+     "where it exceeds the diameter of the tool or 8 mm, is below 0.15 mm, or is not that of the thread in the remark "
+     "of the tool. M8X1 there allows 0.85 to 1.15 times 1 mm, and M8 alone 0.25 to 1.15 times its coarse pitch, 1.25 "
+     "mm. "
      "It is an error where a program cuts with 200 mm a turn (G95) or more, where it exceeds the travel in "
      "inches but not in mm, and where it touches a mesh that fits on the table only in mm. Then the limits that "
      "the program breaks, or contacts with the mesh, are not listed. `verne-post explain` names limits of a line.",

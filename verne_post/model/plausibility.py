@@ -18,6 +18,7 @@ class Plausible(Struct, frozen=True):
     other_unit: str  #: A unit that such values are often given in by mistake.
     factor: float  #: Of ``unit`` in one ``other_unit``.
     whose: str = "machine tool"  #: Who has none beyond.
+    nought: float = 0.0  #: Up to this a length is 0, and what was measured beside it: no unit is in doubt.
 
 
 #: The bounds are at least ten times beyond anything built, and still tell m from mm, rad from degrees, ms from s.
@@ -32,9 +33,10 @@ PLAUSIBLE: Final = {
     "rotary acceleration": Plausible(12.0, 1e6, "deg/s2", "rad/s2", DEG_PER_RAD),
     "rotary jerk": Plausible(180.0, 1e9, "deg/s3", "rad/s3", DEG_PER_RAD),
     # the rest of the machine file; of places and groups of lengths the largest number
-    "module": Plausible(20.0, 2e4, "mm", "m", 1e3),
-    "table.pivot": Plausible(5.0, 2e4, "mm", "m", 1e3),
-    "table.machine_zero": Plausible(5.0, 2e4, "mm", "m", 1e3),
+    "module": Plausible(20.0, 2e4, "mm", "m", 1e3, nought=0.1),
+    "chain.gauge": Plausible(5.0, 2e4, "mm", "m", 1e3, nought=0.1),
+    "table.pivot": Plausible(5.0, 2e4, "mm", "m", 1e3, nought=0.1),
+    "table.machine_zero": Plausible(5.0, 2e4, "mm", "m", 1e3, nought=0.1),
     "table.radius": Plausible(10.0, 1e4, "mm", "m", 1e3),
     "rods.diameter_mm": Plausible(1.0, 500.0, "mm", "m", 1e3),
     "rods.leg23_spacing": Plausible(5.0, 1e4, "mm", "m", 1e3),
@@ -85,7 +87,7 @@ def compare(key: str, value: float, name: str, what: str = "") -> Iterator[str]:
 
 
 def compare_largest(key: str, values: Sequence[float], name: str, what: str = "up to ") -> Iterator[str]:
-    """The same for several lengths that are of one unit: the largest counts, and none or zeros alone say nothing."""
+    """The same for several lengths that are of one unit: the largest counts; none, and those about 0, say nothing."""
     largest = max((abs(value) for value in values), default=0.0)
-    if largest:
+    if largest > PLAUSIBLE[name].nought:
         yield from compare(key, largest, name, what)

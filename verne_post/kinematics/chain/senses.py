@@ -10,23 +10,35 @@ from verne_post.base.arrays import Array
 from verne_post.kinematics.chain.carried import CarriedMachine
 from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.sliding import SlidingMachine
-from verne_post.model.machine import Column, Machine
+from verne_post.model.machine import Column, Limits, Machine
+from verne_post.model.protocols import FiveAxis
 
 #: mm or degrees by which a joint is moved.
 _STEP: Final = 10.0
 #: A tool axis that moves by less stands still.
 _STILL: Final = 1e-9
+#: Largest number of a unit vector along an axis of the part, and of one that is upright for a spindle.
+_ALONG: Final = 1.0 - 1e-9
+_UPRIGHT: Final = 0.9
+#: Of each rotary joint within its travel.
+_PLACES: Final = 46
 
 
 def describe_senses(machine: Machine) -> Iterator[str]:
-    """What a positive step of each joint does, a line each, from joints at 0, or from home with struts or sliders.
+    """Where the tool points, and what a positive step of each joint does, a line each.
 
-    Words that are no joints are those of the head that they mean.
+    Joints are at 0, or at home with struts or sliders. Words that are no joints are those of the head that they mean.
     """
     five_axis = machine.five_axis
-    still = np.zeros(len(machine.columns))
-    if isinstance(five_axis, CarriedMachine | SlidingMachine | HexapodMachine):
-        still = five_axis.home
+    still = _find_start(five_axis, len(machine.columns))
+    tip, axis, _ok = five_axis.forward(still, 0.0)
+    at = "home" if still.any() else "joints 0"
+    upright = {"-z": ": from the spindle down", "+z": ": from the spindle up"}
+    towards = name_direction(-axis) if np.abs(axis).max() > _ALONG else f"({_show(-axis)})"
+    yield (
+        f"at {at} the tool points towards {towards} of the part{upright.get(towards, '')}; its gauge point is at "
+        f"{_show(tip)} of the part"
+    )
     words = five_axis.nominal_chain if isinstance(five_axis, HexapodMachine) else None
     for k, column in enumerate(machine.columns):
         if column.driven or words is None:
@@ -35,6 +47,32 @@ def describe_senses(machine: Machine) -> Iterator[str]:
             columns = (*machine.columns[:3], *machine.columns[-2:])
             sense = describe_sense(replace(machine, five_axis=words, columns=columns), np.zeros(5), k - len(still) + 5)
         yield f"{column.joint.upper()} {_STEP:+g}: {sense}"
+
+
+def _find_start(five_axis: FiveAxis, count: int) -> Array:
+    """Joint values (count,): 0, or home with struts or sliders."""
+    if isinstance(five_axis, CarriedMachine | SlidingMachine | HexapodMachine):
+        return five_axis.home
+    return np.zeros(count)
+
+
+def _show(vector: Array) -> str:
+    return ", ".join(f"{value:.6g}" for value in np.round(vector, 9) + 0.0)
+
+
+def is_upside_down(five_axis: FiveAxis, limits: Limits) -> bool:
+    """Whether the tool points up, +z of the part, from joints at 0, and no travel of the rotary joints turns it down.
+
+    Struts and sliders stay at home.
+    """
+    still = _find_start(five_axis, len(limits.lower))
+    if five_axis.forward(still, 0.0)[1][2] > -_UPRIGHT:
+        return False
+    tilt, turn = np.linspace(np.maximum(limits.lower[-2:], -np.pi), np.minimum(limits.upper[-2:], np.pi), _PLACES).T
+    q = np.broadcast_to(still, (_PLACES, _PLACES, len(still))).copy()
+    q[..., -2], q[..., -1] = tilt[:, None], turn
+    _tip, axis, ok = five_axis.forward(q.reshape(-1, len(still)), 0.0)
+    return not bool((ok & (axis[:, 2] > _UPRIGHT)).any())
 
 
 def describe_sense(machine: Machine, here: Array, joint: int) -> str:

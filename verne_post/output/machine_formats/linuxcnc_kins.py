@@ -5,6 +5,7 @@ their own names. A new kind of machine needs a header ``kins/KIND.h`` with the f
 the whole machine around it is ``kins/ideal.h``, or ``kins/as_built.h`` where the file has [as_built].
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from importlib.resources import files
 from string import Template
@@ -17,6 +18,8 @@ from msgspec.structs import asdict
 from verne_post.base.arrays import Array
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
+from verne_post.kinematics.chain.machine import ChainMachine
+from verne_post.kinematics.chain.pair import PARALLEL
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.model.machine import Machine
 from verne_post.output.file_format import CannotExport, MachineFormat
@@ -41,7 +44,9 @@ def write_component(machine: Machine) -> dict[str, str]:
     ideal = whole.nominal_machine if isinstance(whole, AsBuiltMachine) else whole
     carrier = _TEXTS / f"{machine.kind}.h"
     if not isinstance(ideal, HybridMachine) or not carrier.is_file():
-        raise CannotExport(f"there is no C code for {machine.name} ({machine.describe_kind()})")
+        own = name_own_component(machine)
+        text = f"there is no C code for {machine.name} ({machine.describe_kind()}); kinds that have it: {_list_kinds()}"
+        raise CannotExport(f"{text}. LinuxCNC's own {own} has these joints: set its pins" if own else text)
     values = {
         "name": _show_name(machine),
         "component": name,
@@ -65,6 +70,34 @@ def write_component(machine: Machine) -> dict[str, str]:
         "whole.h": _read("as_built.h" if isinstance(whole, AsBuiltMachine) else "ideal.h"),
         "carrier.h": _read(f"{machine.kind}.h"),
     }
+
+
+def _list_kinds() -> str:
+    """The kinds with a carrier in C."""
+    shared = {"as_built", "ideal", "model"}
+    names = sorted(path.name.removesuffix(".h") for path in _TEXTS.iterdir() if path.name.endswith(".h"))
+    return ", ".join(name for name in names if name not in shared)
+
+
+def name_own_component(machine: Machine) -> str:
+    """The component that LinuxCNC has for a trunnion, A or B, which carries a table C; empty for other machines."""
+    whole, tilt = machine.five_axis, machine.columns[3].joint
+    name = {"a": "xyzac-trt-kins", "b": "xyzbc-trt-kins"}.get(tilt, "")
+    if not isinstance(whole, ChainMachine) or not name or whole.tilt.on_tool or whole.turn.on_tool:
+        return ""
+    pair, about = whole.pair, np.eye(3)["ab".index(tilt)]
+    # directions about which positive values turn the tool against the part: both conventional, or both the reverse
+    tilts, turns = (
+        -math.copysign(1.0, machine.columns[k].factor) * pair.directions[row] for k, row in ((3, 0), (4, 2))
+    )
+    along = [
+        *(pair.directions.T @ whole.linear - np.eye(3)).ravel(),
+        *(tilts - turns[2] * about),
+        abs(turns[2]) - 1.0,
+        pair.home_tilt,
+    ]
+    is_own = machine.columns[4].joint == "c" and pair.nutation is None and np.allclose(along, 0.0, atol=PARALLEL)
+    return name if is_own else ""
 
 
 def name_component(machine: Machine) -> str:
