@@ -536,7 +536,11 @@ def test_a_file_that_only_a_program_of_the_run_calls_is_checked_there(
     ("line", "code", "said"),
     [
         ("o<up> call [4]", 0, "not checked alone: p/up.ngc, called by p/b.ngc\n"),
-        ("o1 if [Q]\no<up> call [4]\no1 endif", 2, "undecided: whether p/b.ngc calls p/up.ngc; correct p/b.ngc first\n"),
+        (
+            "o1 if [Q]\no<up> call [4]\no1 endif",
+            2,
+            "undecided: whether p/b.ngc calls p/up.ngc; correct p/b.ngc first\n",
+        ),
         ("X1", 2, "refused"),
     ],
 )

@@ -452,6 +452,7 @@ def test_a_remark_without_a_tool_is_about_the_only_one(
         ("D=10 END MILL - ROUGH BEFORE BALL", 10, 0),
         ("D=10 END MILL - ROUGH BEFORE BALL NOSE", 10, 0),
         ("D=10 VOR KUGELFRAESER", 10, 0),
+        ("D=6 BALL NOSE FOR SURFACE", 6, 3),
         ("D=8 FINISH ROUGHING BALL", 8, 0),
         ("D=6 CR=0.5 TAPER=2deg - tapered mill", 6, 0),
         ("D=20 CR=2 - radius mill", 20, 0),

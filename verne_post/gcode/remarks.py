@@ -300,15 +300,16 @@ _RADIUS: Final = re.compile(r"(?<![\w.])R\s*+(?:[=:]\s*+)?(\d++(?:\.\d*+)?|\.\d+
 #: Kinds of cutters with a ball or a rounded edge below.
 _BALL: Final = re.compile(
     r"(?<![A-Z])(?:BALL|SPHERICAL)(?:[\s_-]*+(?:NOSED?|END|MILL|CUTTER)(?![\s_-]*+ING))++|"
-    r"KUGEL(?:KOPF)?+-?FR(?:\u00c4|AE?)SER|KUGELKOPF|(?<![A-Z])SPHERICAL(?![A-Z])",
+    r"KUGEL(?:KOPF)?+-?FR|KUGELKOPF|(?<![A-Z])SPHERICAL(?![A-Z])",
     re.IGNORECASE,
 )
 #: BALL alone names the kind only where no other word does, beside those of sizes.
 _BALL_ALONE: Final = re.compile(r"(?<![A-Z])BALL(?![A-Z])|(?<![A-Z])(?:DIA(?:METER)?|TOOL)(?![A-Z])", re.IGNORECASE)
-#: Beside such a word the ball is that of another operation, or the cutter is another one.
-_NOT_A_BALL: Final = re.compile(
-    r"MILL(?!IM)|CUTTER|FR(?:\u00c4|AE?)SER|FLAT|FACE|SQUARE|(?<![A-Z])(?:BEFORE|AFTER|FOR|THEN|NOT?|NEXT|INSTEAD|LIKE|AS|"
-    r"PRE|TO|VOR|NACH|F(?:\u00dc|UE?)R|STATT|OHNE|WIE|AVANT|APR(?:\u00c8|E)S|POUR)(?![A-Z])",
+#: Beside such a word the cutter is another one; behind one of the others the ball is that of another operation.
+_OTHER_KIND: Final = re.compile(r"MILL(?![A-Z])|CUTTER|FR(?:\u00c4|AE?)SER|(?<![A-Z])(?:FLAT|SQUARE)", re.IGNORECASE)
+_BEFORE_ANOTHER: Final = re.compile(
+    r"(?<![A-Z])(?:BEFORE|AFTER|FOR|THEN|NOT|NEXT|INSTEAD|LIKE|PRIOR|VOR|NACH|F(?:\u00dc|UE?)R|STATT|KEIN|WIE|AVANT|"
+    r"APR(?:\u00c8|E)S|POUR)(?![A-Z])",
     re.IGNORECASE,
 )
 _BULL: Final = re.compile(r"(?<![A-Z])(?:BULL|TORUS|TOROID)", re.IGNORECASE)
@@ -334,9 +335,8 @@ def find_corner_radius(remark: str, diameter: float) -> float:
 
 def _is_ball(remark: str) -> bool:
     """Whether a remark about a tool says that it is a ball, and not that a ball cuts before or after it."""
-    rest, kinds = _BALL.subn(" ", remark)
-    if kinds:
-        return _NOT_A_BALL.search(rest) is None
+    if (ball := _BALL.search(remark)) is not None:
+        return not (_BEFORE_ANOTHER.search(remark[: ball.start()]) or _OTHER_KIND.search(_BALL.sub(" ", remark)))
     rest, words = _BALL_ALONE.subn(" ", remark)
     return words > 0 and "BALL" in remark.upper() and _WORD.search(rest) is None
 
