@@ -13,6 +13,7 @@ import pydoc
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -503,6 +504,7 @@ def test_a_program_of_one_line_is_no_name_of_a_file(text: str) -> None:
         (lambda: vp.load_machine().changed({1: 2}), "values"),  # type: ignore[dict-item]
         (lambda: vp.load_machine().changed(rho_jerk=1), "rho_jerk"),
         (lambda: dataclasses.replace(vp.load_machine(), cycle=0.004).changed({}), "machine"),
+        (lambda: dataclasses.replace(vp.load_machine(), module=None).changed({}), "machine"),
         (lambda: vp.verify(3, SHORT, "verne"), "setpoints"),  # type: ignore[arg-type]
         (lambda: vp.work_offsets(G60=(1, 2, 3)), "wcs"),
         (lambda: setattr(OPTIONS, "air", 3.0), "air"),
@@ -551,6 +553,12 @@ def test_a_changed_machine_is_validated_and_has_another_hash() -> None:
     back = half.changed({"limits.a_jerk": 10000, "limits.rho_jerk": 100000})
     assert (back.sha256, back.provenance) == (machine.sha256, machine.provenance)
     assert "jerk of a: " in machine.changed({"limits.a_jerk": None}).unlimited
+    # the last word counts, be it a table or a key in it; what a table replaces is no change any longer
+    table = {**tomllib.loads((ROOT / "machine_configs" / "verne.toml").read_text("utf-8"))["limits"], "rho_jerk": 5e4}
+    key_in_table = machine.changed({"limits": table}).changed({"limits.rho_jerk": 2e4})
+    table_again = key_in_table.changed({"limits": {**table, "rho_jerk": 8e4}})
+    assert [one.scale_limits().jerk[0] for one in (key_in_table, table_again)] == [2e4, 8e4]
+    assert table_again.sha256 == machine.changed({"limits": {**table, "rho_jerk": 8e4}}).sha256
     # keys that the file may have, and does not
     absent = dict.fromkeys(("drives.rho1.unit", "vibration.modes", "rods.diameter_mm"))
     assert machine.changed(absent).sha256 == machine.sha256
@@ -589,7 +597,13 @@ def test_replaced_numbers_give_a_machine_another_hash() -> None:
     for given in ({"limits": limits}, {"cycle": 0.004}, {"name": "other"}):
         assert dataclasses.replace(machine, **given).sha256 != machine.sha256
         assert dataclasses.replace(machine, **given).changes == "numbers replaced in Python"
+    other = vp.load_machine("verne_by_rods")
+    for name in ("module", "five_axis", "coordinates"):
+        replaced = dataclasses.replace(machine, **{name: getattr(other, name)})
+        assert replaced.sha256 != machine.sha256
+        assert replaced.changes == "kinematics or bodies replaced in Python"
     assert dataclasses.replace(machine, limits=machine.limits).sha256 == machine.sha256
+    assert not pickle.loads(pickle.dumps(machine)).changes
     assert not machine.changes
 
 

@@ -532,6 +532,35 @@ def test_a_file_that_only_a_program_of_the_run_calls_is_checked_there(
     assert "not checked alone" not in run("check", "p", *place).out
 
 
+@pytest.mark.parametrize(
+    ("line", "code", "said"),
+    [
+        ("o<up> call [4]", 0, "not checked alone: p/up.ngc, called by p/b.ngc\n"),
+        (
+            "o1 if [Q]\no<up> call [4]\no1 endif",
+            2,
+            "undecided: whether p/b.ngc calls p/up.ngc; correct p/b.ngc first\n",
+        ),
+        ("X1", 2, "refused"),
+    ],
+)
+def test_a_subprogram_whose_first_caller_never_comes_to_its_call_may_be_called_in_another_share(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, line: str, code: int, said: str
+) -> None:
+    """It was refused alone in the share of that caller, though the whole run was right."""
+    monkeypatch.chdir(tmp_path)
+    Path("p").mkdir()
+    Path("p", "a.ngc").write_text("G0 X0 Y0 Z50\no1 if [0]\no<up> call [4]\no1 endif\nX9\nM2\n")
+    Path("p", "b.ngc").write_text(f"G0 X0 Y0 Z50\n{line}\nM2\n")
+    Path("p", "up.ngc").write_text("o<up> sub\nG1 X#1 F900\no<up> endsub\n")
+    place = ("--tool-length", "100", "--wcs", "G54=0,0,20", "-j", 1)
+    whole = run("batch", "p", "-o", "o", *place)
+    first = run("batch", "p", "-o", "o1", *place, "--shard", "1/2")
+    assert (whole.code, first.code) == (code, code), first.err
+    assert said in (first.out + first.err).replace(os.sep, "/")
+    assert "b.ngc" not in first.out
+
+
 HEAD = "L X+0 Y+0 Z+50 R0 FMAX\n"
 FAR_UP = "BEGIN PGM UP MM\nL X+4000 F900\nEND PGM UP MM\n"
 

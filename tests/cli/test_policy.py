@@ -190,6 +190,34 @@ def test_a_baseline_holds_from_every_folder(
         assert run("check", name, *options).code == code, (folder, name)
 
 
+def test_a_baseline_that_is_moved_counts_from_where_its_programs_are(
+    job: tuple[Any, ...], run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One on standard input counts from the current folder. A program of the same name elsewhere is another one."""
+    root = Path.cwd()
+    for name in ("build", "other"):
+        Path(name).mkdir()
+    run(*job, "--write-baseline", "build/b.json")
+    run(*job, "--write-baseline", "b.json")
+    text = Path("build/b.json").read_bytes()
+    Path("moved.json").write_bytes(text)
+    Path("other/p.nc").write_text(BEYOND)
+    gone = "{}: none of its programs is in {}; where they or it have been moved, write it anew\n"
+    for folder, baseline, code, said in (
+        (".", "build/b.json", 0, ""),
+        (".", "-", 0, ""),
+        (".", "moved.json", 0, f"moved.json has been moved: its paths count from {root}\n"),
+        ("other", "../build/b.json", 1, ""),
+        ("other", "../moved.json", 1, gone.format("../moved.json", root.parent)),
+    ):
+        monkeypatch.chdir(root / folder)
+        answer = run(*job, "--baseline", baseline, stdin=text)
+        assert (answer.code, answer.err) == (code, said)
+    (root / "p.nc").unlink()
+    answer = run(*job, "--baseline", "../b.json")  # it has not been moved
+    assert (answer.code, answer.err) == (1, gone.format("../b.json", root))
+
+
 def test_a_baseline_of_the_older_layout_has_programs_as_they_were_named(
     job: tuple[Any, ...], run: Callable[..., Any]
 ) -> None:

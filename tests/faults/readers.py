@@ -89,7 +89,7 @@ def readers() -> dict[str, Reader]:
         "work offsets (JSON)": lambda raw: read_offsets(raw, "o.json"),
         "tool shapes": lambda raw: read_tool_shapes(raw, "s.toml"),
         "parameters": lambda raw: read_parameter_file(_text(raw), "p.var"),
-        "baseline": lambda raw: read_baseline(_text(raw), "b.json"),
+        "baseline": lambda raw: read_baseline(_text(raw), "b.json", None),
         "sidecar": lambda raw: read_side_car(_text(raw), "a.meta.json"),
         "setpoints": lambda raw: list(read_csv(io.StringIO(_text(raw)), "a.csv", machine().columns, 0.001, ())),
         "log": lambda raw: read_log(_text(raw), "a.log", machine().columns, _names(), {}),

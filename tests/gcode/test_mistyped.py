@@ -199,6 +199,9 @@ def test_a_misspelt_named_parameter(run: Callable[..., Any], tmp_path: Path) -> 
     assert found == ["5:5: VP025 error: #<dept>: it has no value; did you mean #<depth>?"]
     Path(tmp_path, "latin.ngc").write_bytes("G0 X0 Y0 Z50\nG1 X[#<l\xe4nge>+1] F100\nM2\n".encode("latin-1"))
     assert "#<l\xe4nge> has no value" in run("check", tmp_path / "latin.ngc").out
+    slip = "G0 X0 Y0 Z50\n#<l\xe4enge>=5\nG1 X#<l\xe4nge> F100\nY#<l\xe4nge>\nM2\n"
+    Path(tmp_path, "latin.ngc").write_bytes(slip.encode("latin-1"))
+    assert "#<l\xe4nge> has no value, and line 2 sets #<l\xe4enge>" in run("check", tmp_path / "latin.ngc").out
 
 
 def test_cycles_of_two_digits_are_not_taken_for_each_other(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -60,6 +60,34 @@ def test_twincat(written: Callable[..., Any]) -> None:
     assert np.array_equal(np.frombuffer(raw, dtype="<f8").reshape(-1, 5), rows[:, 1:6])
 
 
+@pytest.mark.parametrize("file_format", ["linuxcnc", "pvt", "ros2", "twincat"])
+def test_a_control_gets_the_joints_of_six_legs_alone(tmp_path: Path, run: Callable[..., Any], file_format: str) -> None:
+    """The last two columns of the CSV only tell where the tool points: no drive could follow them."""
+    program, out = tmp_path / "h.nc", tmp_path / "out"
+    program.write_text("G21 G90\nG0 X0 Y0 Z40 A0 C0\nG1 X3 A1 C2 F1500\nM2\n", encoding="utf-8")
+    written, said = list[bytes](), ""
+    for kind in ("csv", file_format):
+        place = ("--machine", "hexapod", "--tool-length", 60, "--wcs", "G54=0,0,200")
+        answer = run("convert", program, *place, "--format", kind, "-o", out)
+        assert answer.code == 0, answer.err
+        written.append(out.read_bytes())
+        said = answer.err
+    table, raw = written
+    assert table.startswith(b"t_s,l1_mm,l2_mm,l3_mm,l4_mm,l5_mm,l6_mm,a_deg,c_deg,line\n")
+    wanted = np.loadtxt(table.splitlines(), delimiter=",", skiprows=1)[:, 1:7]
+    if file_format == "linuxcnc":
+        assert np.array_equal(np.loadtxt(raw.splitlines()), wanted)
+    elif file_format == "twincat":
+        assert np.array_equal(np.frombuffer(raw, dtype="<f8").reshape(-1, 6), wanted)
+    elif file_format == "pvt":
+        table = np.loadtxt(raw.splitlines(), delimiter=",")
+        np.testing.assert_allclose(table[:, 1::2].sum(axis=0), wanted[-1] - wanted[0], atol=1e-9)
+        assert "l6" in said.partition("knots")[2] and " deg" not in said.partition("knots")[2]
+    else:
+        assert raw.startswith(b'joint_names: ["l1", "l2", "l3", "l4", "l5", "l6"]\n')
+        assert {line.count(b",") for line in raw.splitlines() if b"positions:" in line} == {5}
+
+
 def test_npz(written: Callable[..., Any]) -> None:
     raw, rows = written("npz")
     archive = np.load(io.BytesIO(raw), allow_pickle=False)

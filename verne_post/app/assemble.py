@@ -340,7 +340,10 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
     on = options.correct_axis or bool(np.isfinite(moves.tool_axis).any())
     if on == five_axis.corrects_axis:
         return machine
-    return dataclasses.replace(machine, five_axis=five_axis.switch_correction(on=on))
+    switched = five_axis.switch_correction(on=on)
+    # as its file says, if it was so before
+    parts = tuple(switched if part is five_axis else part for part in machine.file_parts)
+    return dataclasses.replace(machine, five_axis=switched, file_parts=parts)
 
 
 def cut_at_stops(draft: Draft) -> Draft:

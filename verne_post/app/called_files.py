@@ -1,7 +1,7 @@
 """Which texts are subprograms, and which files of a run are only executed by its other programs."""
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -65,6 +65,15 @@ def find_callers(names: Collection[str]) -> dict[str, str]:
             callers[sub] = above
     # files that only call each other are called by no program
     return {sub: name for sub, name in callers.items() if name not in callers}
+
+
+def has_call_to_any(name: str, called: Iterable[str]) -> bool:
+    """Whether the text of a program calls one of some subprograms."""
+    one, source = Path(name).resolve(), b""
+    with suppress(OSError):
+        source = one.read_bytes()
+    paths = (Path(sub).resolve() for sub in called)
+    return any(has_call(source, one, path) for path in paths if path.is_relative_to(one.parent))
 
 
 def is_only_called(path: Path) -> bool:

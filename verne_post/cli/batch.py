@@ -1,7 +1,7 @@
 """`verne-post batch`: many programs, each by itself."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -121,16 +121,20 @@ def command(
     except (click.UsageError, Unreadable) as error:
         report_failure(files, report_files, error, printed, print_as_is)
         raise
-    from verne_post.app.called_files import drop_called, find_callers
-    from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
-    from verne_post.output.findings import Report, drop_repeated, list_unchecked
+    from verne_post.app.called_files import drop_called, find_callers, has_call_to_any
+    from verne_post.cli.jobs import find_called_files, find_left_over, run_here, run_on_cluster
+    from verne_post.output.findings import Report, describe_called, drop_repeated, list_unchecked
 
     left_over = find_left_over(every)
     _claim(files, every, output, paths)
+    callers: dict[str, str] = {}
+    elsewhere: list[Job] = []
     if share != slice(None):
         # a subprogram is refused alone: it is in the share of the program that calls it
         callers = find_callers([job.program for job in every])
-        own = {job.program for job in [one for one in every if one.program not in callers][share]}
+        alone = [job for job in every if job.program not in callers]
+        own = {job.program for job in alone[share]}
+        elsewhere = [job for job in alone if job.program not in own]
         every = [job for job in every if callers.get(job.program, job.program) in own]
     output.mkdir(parents=True, exist_ok=True)
     running = (
@@ -152,8 +156,22 @@ def command(
         )
         for one in outcomes
     }
-    made = drop_called(made, named, lambda name: find_settings(files, given.get("settings"), name))
-    reports, outcomes = list(made.values()), [one for one in outcomes if one.program in made]
+
+    def drop(reports: Mapping[str, Report]) -> dict[str, Report]:
+        return drop_called(reports, named, lambda name: find_settings(files, given.get("settings"), name))
+
+    kept, away = drop(made), list[Report]()
+    if any(one.status and one.program in kept and one.program in callers for one in outcomes):
+        # the first program whose text calls it does not come to the call: one of another share may
+        told = {
+            job.program: Report(job.program, (), called=called, uncertain=uncertain)
+            for job in elsewhere
+            if has_call_to_any(job.program, callers)
+            for called, uncertain in (find_called_files(job),)
+        }
+        kept = drop(made | told)
+        away = [kept.pop(name) for name in told]
+    reports, outcomes = list(kept.values()), [one for one in outcomes if one.program in kept]
     for report in drop_repeated(reports):
         if report.findings:
             source = report.source or _read_text(files, report.program)
@@ -178,7 +196,7 @@ def command(
 
         print_as_is(REPORTS["github"](reports, machine))
     if not quiet:
-        echo("".join(f"{line}\n" for line in list_unchecked(reports)), nl=False, err=True)
+        echo("".join(f"{line}\n" for line in [*list_unchecked(reports), *describe_called(away)]), nl=False, err=True)
         called = [name for one in outcomes for name in one.called_files]
         echo(name_passed_over(inputs, "converted", called, output), nl=False, err=True)
         echo(

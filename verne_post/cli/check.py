@@ -194,6 +194,8 @@ def command(
         report = _check_one(files, name, machines[name], given, quiet=still, limits_only=limits_only)
         machine_of_it = None if machines[name] is machine else machines[name]
         made[name] = replace(report, machine=machine_of_it, fail_level=policies[name][1])
+    if not quiet:
+        say("".join(f"{note}\n" for note in dict.fromkeys(policy.note for policy, _level in policies.values()) if note))
     counted = {name: apply_policy(report, policies[name][0]) for name, report in made.items()}
     kept = drop_called(
         counted, () if changed else named, lambda name: find_settings(files, given.get("settings"), name)
@@ -204,9 +206,7 @@ def command(
         status = find_exit_status(report.findings, report.fail_level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
-        baseline, known, left_out = format_baseline(
-            everything, None if is_dash(write_baseline) else write_baseline.parent
-        )
+        baseline, known, left_out = format_baseline(everything, None if is_dash(write_baseline) else write_baseline)
         files.write(write_baseline, "--write-baseline", [baseline])
         if not quiet:
             never = f", without {format_count(left_out, 'error')} that cannot be ignored" if left_out else ""
@@ -320,6 +320,6 @@ def make_policy(
     policy = Policy(codes["select"], codes["ignore"], weights)
     if known is not None:
         text = decode_text(files.read(known, place), "replace")
-        fingerprints, from_folder = read_baseline(text, show_name(known))
-        policy = replace(policy, baseline=fingerprints, folder=known.parent if from_folder else None)
+        fingerprints, folder, note = read_baseline(text, show_name(known), None if is_dash(known) else known)
+        policy = replace(policy, baseline=fingerprints, folder=folder, note=note)
     return policy, fail_level or (file.fail_level if file else None) or "error"

@@ -167,6 +167,8 @@ def convert_to_files(
     assert result.summary is not None
     rows = replace(spool.collect_rows(), about=describe_rows(result.summary))
     file_format, added = FORMATS[outputs.file_format], list[tuple[str, str]]()
+    if not file_format.has_undriven:
+        rows = rows.take_driven()
     assert outputs.rows is not None or not options.split_at_stops
     if outputs.rows is None:
         sys.stdout.flush()

@@ -248,6 +248,21 @@ def _make_outcome(job: Job) -> Outcome:
     return replace(done, left=_find_unknown_files(job, record, made))
 
 
+def find_called_files(job: Job) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The files that a program calls, and those that it may call, as its moves tell; nothing is converted."""
+    from verne_post.app.assemble import read_draft
+
+    if job.wrong:
+        return (), ()
+    try:
+        source, options = read_program_text(RunFiles(), job.program, job.options, job.subroutine_path)
+        return read_draft(source, job.machine, options).moves.called_lines.files, ()
+    except InputError as error:
+        return error.called_files, error.uncertain_files
+    except Exception:  # whatever is wrong with it, the share that converts it says so
+        return (), ()
+
+
 def _compute_key(job: Job, source: "Text", options: "Options") -> str:
     """The same for the same program, machine, options and code of verne-post."""
     from verne_post.base.long_text import compute_sha256

@@ -129,7 +129,10 @@ def _rebuild_machine(
         VP501 with every mistake.
     """
     data, changed, absent = read_toml(raw), dict[str, Any](), dict[str, Any]()
-    for key, value in {**before, **values}.items():
+    asked = dict(before)
+    for key, value in values.items():  # a table replaces what was changed in it
+        asked = {**{old: one for old, one in asked.items() if not _is_in(old, key)}, key: value}
+    for key, value in asked.items():
         given = _convert_value(value)
         if _put_value(data, key, given, file_name):
             changed[key] = given

@@ -16,6 +16,7 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
 from verne_post.gcode.block_slips import explain_function, explain_slip, propose_words
 from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Finding, Remedy
 
 #: An address, and a number that has the letter O, or a comma with digits on both sides.
@@ -316,7 +317,7 @@ def _has_lone_turn(source: Text) -> bool:
 
 def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     raw = None if item.line is None else take_line(source, item.line)
-    text = "" if raw is None else raw.decode("utf-8", errors="replace")
+    text = "" if raw is None else decode_line(raw)
     if (item.code in ("VP017", "VP026") and dialect in _BLOCKS and _TURN_ON_CONTOUR.search(item.message)) or (
         item.code == "VP017" and dialect == "siemens" and _LONE_TURN in item.message and _has_lone_turn(source)
     ):

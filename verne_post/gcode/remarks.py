@@ -297,9 +297,20 @@ _CORNER: Final = re.compile(
     r"(?<![\w.])(?:CR|CORNER[\s_-]?RAD(?:IUS)?)\s*+(?:[=:]\s*+)?(\d++(?:\.\d*+)?|\.\d++)(?![\w/]|,\d)", re.IGNORECASE
 )
 _RADIUS: Final = re.compile(r"(?<![\w.])R\s*+(?:[=:]\s*+)?(\d++(?:\.\d*+)?|\.\d++)(?![\w/]|,\d)", re.IGNORECASE)
-#: Kinds of cutters with a ball or a rounded edge below. A ball with another word behind it may be something else.
+#: Kinds of cutters with a ball or a rounded edge below.
 _BALL: Final = re.compile(
-    r"(?<![A-Z])(?:BALL(?![\s_-]*(?!NOSE|END|MILL|CUTTER|DIA)[A-Z]{3})|KUGEL(?=FR|KOPF))", re.IGNORECASE
+    r"(?<![A-Z])(?:BALL|SPHERICAL)(?:[\s_-]*+(?:NOSED?|END|MILL|CUTTER)(?![\s_-]*+ING))++|"
+    r"KUGEL(?:KOPF)?+-?FR|KUGELKOPF|(?<![A-Z])SPHERICAL(?![A-Z])",
+    re.IGNORECASE,
+)
+#: BALL alone names the kind only where no other word does, beside those of sizes.
+_BALL_ALONE: Final = re.compile(r"(?<![A-Z])BALL(?![A-Z])|(?<![A-Z])(?:DIA(?:METER)?|TOOL)(?![A-Z])", re.IGNORECASE)
+#: Beside such a word the cutter is another one; behind one of the others the ball is that of another operation.
+_OTHER_KIND: Final = re.compile(r"MILL(?![A-Z])|CUTTER|FR(?:\u00c4|AE?)SER|(?<![A-Z])(?:FLAT|SQUARE)", re.IGNORECASE)
+_BEFORE_ANOTHER: Final = re.compile(
+    r"(?<![A-Z])(?:BEFORE|AFTER|FOR|THEN|NOT|NEXT|INSTEAD|LIKE|PRIOR|VOR|NACH|F(?:\u00dc|UE?)R|STATT|KEIN|WIE|AVANT|"
+    r"APR(?:\u00c8|E)S|POUR)(?![A-Z])",
+    re.IGNORECASE,
 )
 _BULL: Final = re.compile(r"(?<![A-Z])(?:BULL|TORUS|TOROID)", re.IGNORECASE)
 #: A cutter of such a kind has another end than a cylinder with a rounded edge.
@@ -315,11 +326,19 @@ def find_corner_radius(remark: str, diameter: float) -> float:
     remark = _OTHER_TOOL.sub("", remark)
     if _OTHER_END.search(remark):
         return 0.0
-    is_ball = _BALL.search(remark) is not None
+    is_ball = _is_ball(remark)
     found = {float(number) for number in _CORNER.findall(remark)}
     found |= {float(number) for number in _RADIUS.findall(remark)} if is_ball or _BULL.search(remark) else set()
     found |= {0.5 * diameter} if is_ball else set()
     return found.pop() if len(found) == 1 and max(found) <= 0.5 * diameter else 0.0
+
+
+def _is_ball(remark: str) -> bool:
+    """Whether a remark about a tool says that it is a ball, and not that a ball cuts before or after it."""
+    if (ball := _BALL.search(remark)) is not None:
+        return not (_BEFORE_ANOTHER.search(remark[: ball.start()]) or _OTHER_KIND.search(_BALL.sub(" ", remark)))
+    rest, words = _BALL_ALONE.subn(" ", remark)
+    return words > 0 and "BALL" in remark.upper() and _WORD.search(rest) is None
 
 
 #: A remark in the head that is about a tool, without its number, has one of the first; with one of the last it is about

@@ -1,7 +1,8 @@
 """The machine as all packages see it: frozen values, lengths in mm, angles in rad, times in s."""
 
 import hashlib
-from collections.abc import Callable, Mapping
+import pickle
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -211,10 +212,24 @@ class Machine:
     rebuild: Callable[[Mapping[str, object]], "Machine"] | None = field(default=None, compare=False)
     #: Of its numbers as the file has them, so that other ones are noticed.
     file_numbers: str = ""
+    #: Its kinematics and bodies as made from the file, so that other ones are noticed.
+    file_parts: tuple[object, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not self.file_numbers:
             object.__setattr__(self, "file_numbers", self._compute_hash())
+            object.__setattr__(self, "file_parts", self._list_parts())
+
+    def _list_parts(self) -> tuple[object, ...]:
+        kinematics = (self.module, self.five_axis, self.coordinates, self.clearance)
+        return (*kinematics, self.bodies, self.rod_places, self.meshes)
+
+    def _list_replaced(self) -> Iterator[str]:
+        """What of it ``dataclasses.replace`` has changed since it was made from its file."""
+        if self._compute_hash() != self.file_numbers:
+            yield "numbers"
+        if any(part is not own for part, own in zip(self._list_parts(), self.file_parts, strict=True)):
+            yield "kinematics or bodies"
 
     def _compute_hash(self) -> str:
         """The hash of its numbers that people replace."""
@@ -232,16 +247,23 @@ class Machine:
     @property
     def sha256(self) -> str:
         """Hash of the machine file, and of what has been changed since."""
-        numbers = self._compute_hash()
-        if numbers == self.file_numbers:
+        replaced = tuple(self._list_replaced())
+        if not replaced:
             return self.file_sha256
-        return hashlib.sha256(f"{self.file_sha256} {numbers}".encode()).hexdigest()
+        hashed = hashlib.sha256(f"{self.file_sha256} {self._compute_hash()}".encode())
+        for part, own in zip(self._list_parts(), self.file_parts, strict=True):
+            if part is not own:
+                try:
+                    hashed.update(pickle.dumps(part))
+                except (pickle.PicklingError, AttributeError, TypeError):  # a class of the user inside a function
+                    hashed.update(repr(part).encode())
+        return hashed.hexdigest()
 
     @property
     def changes(self) -> str:
         """In what it differs from its file, in words; empty where it does not."""
-        replaced = "numbers replaced in Python" if self._compute_hash() != self.file_numbers else ""
-        return ", ".join(filter(None, (self.provenance.get("changed"), replaced)))
+        replaced = (f"{what} replaced in Python" for what in self._list_replaced())
+        return ", ".join(filter(None, (self.provenance.get("changed"), *replaced)))
 
     def changed(self, values: Mapping[str, object] | None = None, **keywords: object) -> "Machine":
         """The same machine with other values for keys of its file, validated as it is; ``sha256`` is another one.
@@ -272,7 +294,7 @@ class Machine:
         if keywords or not isinstance(values, Mapping) or not all(isinstance(key, str) for key in values):
             text = 'expected keys of the machine file in a mapping, as machine.changed({"limits.a_jerk": 5000.0})'
             raise UsageError(next(iter(keywords), "values"), text)
-        if self.rebuild is None or self._compute_hash() != self.file_numbers:
+        if self.rebuild is None or any(self._list_replaced()):
             text = "this machine is not that of its file: dataclasses.replace has changed it; begin with load_machine"
             raise UsageError("machine", text)
         return self.rebuild(values)

@@ -27,6 +27,8 @@ class FileFormat(Struct, frozen=True):
     variants: Mapping[str, Writer] = field(default_factory=dict)
     #: What the summary says about the rows: (key, text).
     describe: Callable[["WrittenRows"], tuple[str, str]] | None = None
+    #: Whether a file has the columns that no drive follows, too: for `verify` and data tools, not for a control.
+    has_undriven: bool = False
 
     def choose_writer(self, suffix: str) -> Writer:
         """Choose the writer for a file whose name ends so; "" for standard output."""

@@ -14,7 +14,7 @@ from urllib.parse import quote
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from verne_post.base.printable import format_json
+from verne_post.base.printable import format_json, make_printable
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, make_input_error
 from verne_post.model.verdict import NOT_PLANNED, Severity, is_deniable, may_be_denied
@@ -33,6 +33,7 @@ class Policy(Struct, frozen=True):
     severity: Mapping[str, Severity] = field(default_factory=dict)  #: Code -> severity in place of its own.
     baseline: frozenset[str] = frozenset()  #: Fingerprints of findings that are known and do not count.
     folder: Path | None = None  #: From which the baseline counts the paths of programs; None: as they are named.
+    note: str = ""  #: What is to be said of the baseline.
 
 
 def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping[str, str]) -> list[str]:
@@ -116,7 +117,7 @@ def make_uri(program: str) -> str:
     return path.as_uri() if path.is_absolute() else quote(os.fsencode(path.as_posix()))
 
 
-#: Layouts of a baseline: the programs as they were named, and their paths from the folder of the baseline.
+#: Layouts of a baseline: the programs as they were named, and their paths from a folder that it names.
 _AS_NAMED, _FROM_FOLDER = 1, 2
 
 
@@ -140,13 +141,14 @@ def _make_naming(folder: Path | None) -> Callable[[str], str]:
     return find_name
 
 
-def format_baseline(reports: list[Report], folder: Path | None) -> tuple[str, int, int]:
+def format_baseline(reports: list[Report], path: Path | None) -> tuple[str, int, int]:
     """A baseline of all findings that may be ignored, how many they are, and how many errors may not.
 
-    The folder is that of the baseline; None where it is not known.
+    The path is that of the baseline; None where it is not known. Paths of programs count from the current folder, so
+    that they hold where the baseline is moved or read from standard input.
     """
     known, left_out = {}, 0
-    find_name = _make_naming(folder)
+    find_name = _make_naming(None if path is None else Path())
     for report in reports:
         counts: Counter[str] = Counter()
         for item in report.findings:
@@ -154,13 +156,22 @@ def format_baseline(reports: list[Report], folder: Path | None) -> tuple[str, in
             left_out += item.severity == "error" and not may_be_denied(item)
             if may_be_denied(item):
                 known[fingerprint] = f"{find_name(report.program)}:{item.line}: {item.code} {item.axis or ''}".rstrip()
-    schema = _AS_NAMED if folder is None else _FROM_FOLDER
-    text = format_json({"schema": schema, "known": dict(sorted(known.items()))}, 2) + "\n"
-    return text, len(known), left_out
+    data: dict[str, object] = {"schema": _AS_NAMED, "known": dict(sorted(known.items()))}
+    if path is not None:
+        programs = sorted({find_name(report.program) for report in reports} - {"<stdin>"})
+        places = {"folder": _make_naming(path.parent)("."), "file": find_name(str(path))}
+        data |= {"schema": _FROM_FOLDER, **places, "programs": programs}
+    return format_json(data, 2) + "\n", len(known), left_out
 
 
-def read_baseline(text: str, name: str) -> tuple[frozenset[str], bool]:
-    """Fingerprints of a baseline, and whether it counts the paths of programs from its folder.
+def read_baseline(text: str, name: str, path: Path | None) -> tuple[frozenset[str], Path | None, str]:
+    """Fingerprints of a baseline, the folder from which paths of programs count, and what is to be said of it.
+
+    Parameters
+    ----------
+    path : Path or None
+        Of the baseline; None for standard input. One that has been moved finds none of its programs: then its own
+        folder counts, or the current one, if one of them alone has them all.
 
     Raises
     ------
@@ -171,8 +182,27 @@ def read_baseline(text: str, name: str) -> tuple[frozenset[str], bool]:
         data = json.loads(text)
         if data["schema"] not in (_AS_NAMED, _FROM_FOLDER):
             raise ValueError(f"its layout is {data['schema']!r}, this version reads {_AS_NAMED} and {_FROM_FOLDER}")
-        return frozenset(map(str, data["known"])), data["schema"] == _FROM_FOLDER
+        known = frozenset(map(str, data["known"]))
+        if data["schema"] == _AS_NAMED:
+            return known, None, ""
+        folder, programs = Path(data["folder"]), [Path(program) for program in data["programs"]]
+        written = PurePath(data["file"])
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         why = f"its key {error} is missing" if isinstance(error, KeyError) else str(error)
         why = "expected an object with the keys schema and known" if isinstance(error, TypeError) else why
         raise make_input_error("VP503", f"{name}: not a baseline that check has written: {why}") from None
+    if path is None:
+        return known, Path(), ""
+    place = Path(os.path.realpath(path.parent))
+    own = Path(os.path.normpath(place / folder))
+    if not programs or any((own / program).is_file() for program in programs):
+        return known, own, ""
+    end = [part for part in written.parts if part != ".."]
+    if [*place.parts, path.name][-len(end) :] != end:
+        # in its place the programs are gone, and others of their names would be other ones
+        others = dict.fromkeys((place, Path.cwd()))
+        found = [other for other in others if all((other / program).is_file() for program in programs)]
+        if len(found) == 1:
+            return known, found[0], f"{name} has been moved: its paths count from {make_printable(str(found[0]))}"
+    where = make_printable(str(own))
+    return known, own, f"{name}: none of its programs is in {where}; where they or it have been moved, write it anew"

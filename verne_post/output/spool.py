@@ -40,6 +40,14 @@ class WrittenRows(Struct, frozen=True, eq=False):
         """Rows ``first`` to ``last``, both included, as a file of its own."""
         return replace(self, numbers=self.numbers[first : last + 1], line=self.line[first : last + 1])
 
+    def take_driven(self) -> "WrittenRows":
+        """The same rows without the columns that no drive follows, which are the last ones."""
+        joints = tuple(column for column in self.columns if column.driven)
+        count = len(joints)
+        assert self.columns[:count] == joints
+        rounded = replace(self.format, decimals=self.format.decimals[:count], drives=self.format.drives[:count])
+        return replace(self, numbers=self.numbers[:, :count], columns=joints, format=rounded)
+
 
 class Spool:
     """Collects blocks, and gives them back as rows."""

@@ -26,4 +26,4 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     yield buffer.getvalue()
 
 
-FORMAT: Final = FileFormat(write, ".npz")
+FORMAT: Final = FileFormat(write, ".npz", has_undriven=True)

@@ -29,4 +29,4 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     yield buffer.getvalue()
 
 
-FORMAT: Final = FileFormat(write, ".parquet", needs="pyarrow")
+FORMAT: Final = FileFormat(write, ".parquet", needs="pyarrow", has_undriven=True)
