@@ -1199,35 +1199,70 @@ def test_a_rotary_word_with_a_wrong_point_or_sign_is_in_doubt(angles: tuple[int,
     assert [(one.message, one.line) for one in found] == [(said, 11)] * bool(said)
 
 
-EVEN_BEFORE = "X5. Y-1. Z1.05 A-5. C10.\nX10. Y-3. Z1.1 A-10. C20."
-EVEN_AFTER = "X20. Y-7. Z1.4 A-20. C40.\nX25. Y-9. Z1.6 A-25. C50."
+LEVEL_CUTS = tuple(f"X{at}. Y{round(0.117 * at * at, 3)} Z-1.5" for at in range(1, 10))
 
 
 @pytest.mark.parametrize(
     ("wrong", "code", "said"),
     [
-        ("X2. Y1. Z-1.5", "", ""),
+        ("X5. Y2.925 Z-1.5", "", ""),
         (
-            "X2. Y1. Z-15.",
+            "X5. Y2.925 Z-15.",
             "VP505",
             "Z-15 in this cut, and Z-1.5 and Z-1.5 in those before and after it: is Z-1.5 meant?",
         ),
-        (
-            "X2. Y1. Z1.5",
-            "VP056",
-            "Z1.5 in this cut, and Z-1.5 and Z-1.5 in those before and after it: is Z-1.5 meant?",
-        ),
-        ("X2. Y1. Z10.", "", ""),
-        ("X1. Y.6 Z1.5", "", ""),  # straight up and down
+        ("X5. Y2.925 Z1.5", "", ""),  # less than four steps up: an edge may be there
+        ("X5. Y2.925 Z10.", "", ""),
+        ("X4. Y1.872 Z-15.", "", ""),  # straight down and up
     ],
 )
 def test_a_height_of_a_level_contour_is_in_doubt(wrong: str, code: str, said: str) -> None:
-    before, after = "X0. Y.3 Z-1.5\nX1. Y.6 Z-1.5", "X3. Y1.5 Z-1.5\nX4. Y2.1 Z-1.5"
+    cuts = "\n".join((*LEVEL_CUTS[:4], wrong, *LEVEL_CUTS[5:]))
     head = "G21 G90 G17 G54\nT1 M6\nS900 M3\nG0 X-1. Y0. A0 C0\nG43 H1 Z30.\nG1 Z-1.5 F90.\n"
-    text = f"{head}{before}\n{wrong}\n{after}\nG0 Z30.\nM30\n"
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
-    found = [one for one in vp.check(text, "ac_trunnion", options).findings if "in this cut, and" in one.message]
-    assert [(one.code, one.message, one.line) for one in found] == [(code, said, 9)] * bool(code)
+    result = vp.check(f"{head}{cuts}\nG0 Z30.\nM30\n", "ac_trunnion", options)
+    found = [one for one in result.findings if "in this cut, and" in one.message]
+    assert [(one.code, one.message, one.line) for one in found] == [(code, said, 11)] * bool(code)
+
+
+@pytest.mark.parametrize(
+    "cuts",
+    [
+        "X0 Y5\nX10 Y5\nX20 Y-5\nX30 Y5\nX40 Y5",  # a notch
+        "G20\nX0 Y.2\nX.4 Y.2\nX.8 Y-.2\nX1.2 Y.2\nX1.6 Y.2\nG21",
+        "Y3\nX5 Y3\nX10 Y-3\nX15 Y3\nX20 Y3\nX25 Y3\nX30 Y-3\nX35 Y3\nX40 Y3",  # pointed teeth
+        "X-4 Y0\nY10\nX4 Y20\nX-4 Y30\nY40",
+        "X2 Y0\nY10\nX20 Y20\nX2 Y30\nY40",
+        "Y2\nX5\nX10\nX15\nX20\nX25 Y20\nX30 Y2\nX35\nX40\nX45\nX50\nX55",
+        "Z2\nX0\nX5 Z2\nX10 Z-2\nX15 Z2\nX20",  # a groove
+        "Z-5\nX0\nX10 Z-5\nX20 Z5\nX30 Z-5\nX40",  # over a clamp
+        "Z-5\nX5 Z-5\nX10 Z-5\nX15 Z-5\nX20 Z-5\nX25 Z5\nX30 Z-5\nX35 Z-5\nX40 Z-5\nX45 Z-5",
+        "X0 Z-3\nX10\nX20 Z3\nX30 Z-3\nX40\nX50",
+        "Z-2\nZ-4\nZ-6\nZ-8\nZ10\nZ-12\nZ-14\nZ-16\nZ-18",  # pecks
+        "Z-2\nZ-4\nZ5\nZ-6\nZ-8",
+        "Z-0.2\nX0\nX5 Z-0.2\nX10 Z-2\nX15 Z-0.2\nX20",  # a dimple
+        "Z-10\nX0\nX5 Z-10\nX10 Z-1\nX15 Z-10\nX20 Z-10",  # a pointed tab
+    ],
+)
+def test_notches_teeth_hops_and_pecks_are_no_slips(cuts: str) -> None:
+    """Five round points were taken for a finely divided path; the proposal would have cut through a tab."""
+    text = f"G21 G90 G94 G17 G54\nT1 M6\nS1000 M3\nG0 X0 Y0 Z50\nG1 Z0 F500\n{cuts}\nG0 Z50\nM5\nM30\n"
+    result = vp.check(text, "serial", vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 50)}, dialect="rs274"))
+    assert [one.message for one in result.findings if "in this cut, and" in one.message] == []
+
+
+@pytest.mark.parametrize("turned", [8.127, 48.127])
+@pytest.mark.parametrize(("a", "code"), [(0.0, ""), (0.1, ""), (8.0, "VP056")])
+def test_c_of_an_upright_tool_is_not_in_doubt(a: float, turned: float, code: str) -> None:
+    """C turned to where the next lean needs it, and the sign of its word was in doubt."""
+    angles = [(0.237 * at, turned + 0.4 * at) for at in range(1, 10)]
+    cuts = [f"X{5 * x:.3f} Y{x:.3f} Z5. A{a:.1f} C{c:.3f}" for x, c in angles]
+    cuts[4] = cuts[4].replace("C", "C-")
+    head = "O1\nG21 G90 G17 G54\nT1 M6\nS900 M3\nG43.4 H1 G0 X0 Y0 Z50. A0 C0\nG1 Z5. F90.\n"
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
+    result = vp.check(head + "\n".join(cuts) + "\nG0 Z60.\nM30\n", "ac_trunnion", options)
+    found = [one for one in result.findings if "in this cut, and" in one.message]
+    assert [(one.code, one.line) for one in found] == [(code, 11)] * bool(code)
 
 
 @pytest.mark.parametrize(("wrong", "is_doubted"), [("B3=-0.139", True), ("B3=0.139", False), ("B3=-0.05", False)])
@@ -1241,41 +1276,49 @@ def test_a_small_tool_axis_of_the_wrong_sign_is_in_doubt(wrong: str, is_doubted:
     assert [one.line for one in result.findings if one.code == "VP056"] == [11] * is_doubted
 
 
+EVEN = tuple(
+    f"X{3.0246 * at:.3f} Y{-1.01 * at:.2f} Z{1 + 0.01 * at * at:.2f} A{-3.05 * at:.2f} C{6.1 * at:.1f}"
+    for at in range(1, 10)
+)
+
+
 @pytest.mark.parametrize(
     ("wrong", "code", "said", "value"),
     [
-        ("X15. Y-5. Z1.25 A-15. C30.", "", "", ""),
+        ("X15.123 Y-5.05 Z1.25 A-15.25 C30.5", "", "", ""),
         (
-            "X15. Y-5. Z1.25 A15. C30.",
+            "X15.123 Y-5.05 Z1.25 A15.25 C30.5",
             "VP056",
-            "A15 in this cut, and A-10 and A-20 in those before and after it",
-            "-15",
+            "A15.25 in this cut, and A-12.2 and A-18.3 in those before and after it",
+            "-15.25",
         ),
-        ("X-15. Y-5. Z1.25 A-15. C30.", "VP056", "X-15 in this cut, and X10 and X20", "15"),
-        ("X150. Y-5. Z1.25 A-15. C30.", "VP505", "X150 in this cut, and X10 and X20", "15"),
-        ("X15. Y-5. Z12.5 A-15. C30.", "VP505", "Z12.5 in this cut, and Z1.1 and Z1.4", "1.25"),
-        ("X1.5 Y-5. Z1.25 A-15. C30.", "VP505", "X1.5 in this cut, and X10 and X20", "15"),
+        ("X-15.123 Y-5.05 Z1.25 A-15.25 C30.5", "VP056", "X-15.123 in this cut, and X12.098 and X18.148", "15.123"),
+        ("X151.23 Y-5.05 Z1.25 A-15.25 C30.5", "VP505", "X151.23 in this cut, and X12.098 and X18.148", "15.123"),
+        ("X15.123 Y-5.05 Z12.5 A-15.25 C30.5", "VP505", "Z12.5 in this cut, and Z1.16 and Z1.36", "1.25"),
+        ("X1.5123 Y-5.05 Z1.25 A-15.25 C30.5", "VP505", "X1.5123 in this cut, and X12.098 and X18.148", "15.123"),
         (
-            "X15. Y-5. Z1.25 C-15. A30.",
+            "X15.123 Y-5.05 Z1.25 C-15.25 A30.5",
             "VP056",
-            "and A-20 C40 in those before and after it: are A and C exchanged?",
+            "and A-18.3 C36.6 in those before and after it: are A and C exchanged?",
             "C",
         ),
-        ("X15. Y-5. Z50. A-15. C30.", "", "", ""),  # up and down again
-        ("X15. Y-5. Z1.25 A-15. C#1", "", "", ""),
-        ("X#2 Y-5. Z1.25 A-15. C30.", "", "", ""),  # 150, and no number that an edit could correct
+        ("X15.123 Y-5.05 Z50. A-15.25 C30.5", "", "", ""),  # up and down again
+        ("X15.123 Y-5.05 Z1.25 A-15.25 C#1", "", "", ""),
+        ("X#2 Y-5.05 Z1.25 A-15.25 C30.5", "", "", ""),  # 151.23, and no number that an edit could correct
     ],
 )
 @pytest.mark.parametrize("unit", ["G21", "G20"])
 def test_a_word_that_leaves_the_way_of_the_cuts_beside_it_is_in_doubt(
     unit: str, wrong: str, code: str, said: str, value: str
 ) -> None:
-    cuts = f"{EVEN_BEFORE}\n{wrong}\n{EVEN_AFTER}"
-    head = f"O1\n{unit} G90 G17 G54\nT1 M6\nS900 M3\n#1=30.\n#2=150.\nG43.4 H1 G0 X0 Y0 Z5. A0 C0\nG1 Z1. F90.\n"
+    head = f"O1\n{unit} G90 G17 G54\nT1 M6\nS900 M3\n#1=30.5\n#2=151.23\nG43.4 H1 G0 X0 Y0 Z5. A0 C0\nG1 Z1. F90.\n"
     options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
-    result = vp.check(f"{head}{cuts}\nG0 Z6.\nM30\n", "ac_trunnion", options)
-    found = [one for one in result.findings if "in this cut, and" in one.message]
-    assert [(one.code, one.line, said in one.message) for one in found] == [(code, 11, True)] * bool(code)
+    found = list[vp.Finding]()
+    for before in (4, 2):  # of two cuts before it nothing is said
+        cuts = "\n".join((*EVEN[4 - before : 4], wrong, *EVEN[5:]))
+        result = vp.check(f"{head}{cuts}\nG0 Z6.\nM30\n", "ac_trunnion", options)
+        found += [one for one in result.findings if "in this cut, and" in one.message]
+    assert [(one.code, one.line, said in one.message) for one in found] == [(code, 13, True)] * bool(code)
     assert [edit.value for one in found for edit in one.edits] == [value] * bool(value)
 
 

@@ -881,6 +881,8 @@ MANY = "".join(f"X{n}.\n" for n in range(20))
         ("siemens", "G0 X9\nX5 Y5 F250\nCYCLE82(100,90,2,80,,0.3)", None, ""),
         ("siemens", "G1 X8 F500\nG0 X9\nX5 F400\nY5\nG0 Z120", 5, "G0 of line 4"),
         ("siemens", "G1 X8 F500\nG0 Z120\nX5 Y60 F5000", None, ""),  # parks
+        ("siemens", "G1 X8 F500\nG0 Z120\nX5 Y60 F5000\nZ130", None, ""),
+        ("siemens", "G1 X8 F500\nG0 Z120\nX5\nZ100\nX9 F500\nX5\nZ130", 7, "G0 of line 4"),
         ("siemens", "G0 X9\nX5 F400\nG0 Z120\nT1 D1\nM6\nS900 M3\nG0 X9\nG1 X7 F500", 4, "G0 of line 3"),
         ("rs274", "F600\nG53 X9 F600\nG1 X5 F400", None, ""),
     ],

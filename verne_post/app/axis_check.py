@@ -139,12 +139,17 @@ def _find_turns(axis: Array, middle: Array) -> tuple[float, bool]:
     return turn, bool(measure_angles(own, middle) > _TIMES_TURN * turn)
 
 
-def _find_change(moves: Moves, coordinates: Coordinates, at: int, axis: int) -> Array:
-    """By what the tool axis of a move (3,) differs from that with the other sign of a rotary axis; 0: no meaning."""
+def find_change(moves: Moves, coordinates: Coordinates, at: int, axis: int, factor: float) -> Array:
+    """By what the tool axis of a move (3,) differs from that with another rotary word; 0: no meaning."""
     ends = np.tile(moves.end[at], (2, 1))
-    ends[1, 3 + axis] *= -1.0
+    ends[1, axis] *= factor
     one, other = (coordinates.find_tool_axis(end, moves.frames[moves.frame[at]]) for end in ends.tolist())
     return np.zeros(3) if one is None or other is None else one - other
+
+
+def is_tool_turned(change: Array) -> bool:
+    """Whether a rotary word turns the tool axis by more than roundings do: C of an upright tool does not."""
+    return bool(np.linalg.norm(change) > _ROUND_RAD)
 
 
 def _goes_behind(tip: Array, change: Array) -> bool:
@@ -226,7 +231,8 @@ def _find_doubtful_angles(
             for row, axis in np.argwhere(turned & fits & may_be[:, None]).tolist():
                 at = first + BESIDE + row
                 rows = slice(row, row + 2 * BESIDE + 1)
-                if factor < 0.0 and _goes_behind(tip[rows], _find_change(moves, coordinates, at, axis)):
+                change = find_change(moves, coordinates, at, 3 + axis, factor)
+                if not is_tool_turned(change) or (factor < 0.0 and _goes_behind(tip[rows], change)):
                     continue
                 yield at, code, partial(_describe_angle, moves, at, axis, factor, code)
 

@@ -99,7 +99,7 @@ def check_setup(
         *check_block_ends(source, options),
         *map(called.place, check_pitches(source, moves, options, from_move)),
         *check_rotary_words(source, moves, machine.coordinates, options, from_move),
-        *check_points(source, moves, options, from_move),
+        *check_points(source, moves, machine.coordinates, options, from_move),
         *check_tolerances(source, moves, path, from_move),
         *report_table_turns(path, moves, machine),
         *find_unexecuted_moves(source, moves),

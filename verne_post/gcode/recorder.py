@@ -689,7 +689,10 @@ class Recorder(Struct):
 
 
 def _find_idle_feed(recorder: Recorder, kind: NDArray[np.int8], end: Array) -> tuple[Finding, ...]:
-    """The first of the warnings that wait for a cut, where the tool rises without one; the builder's codes may cut."""
+    """The first of the warnings that wait for a cut, where the tool rises without one; the builder's codes may cut.
+
+    Nothing where it has risen last before: then it only goes to where it parks.
+    """
     if recorder.given_up_line:
         return ()
     changes = [one.before for one in recorder.events if one.kind == "tool"]
@@ -698,7 +701,9 @@ def _find_idle_feed(recorder: Recorder, kind: NDArray[np.int8], end: Array) -> t
         moves = slice(begin, changes[number] if number < len(changes) else len(kind))
         is_cut = (kind[moves] != MoveKind.RAPID) & (kind[moves] != MoveKind.DWELL)
         rises = (np.diff(end[moves, 2]) > 0.0).any()  # a place to park at is left as it is
-        if rises and not is_cut.any() and not any(begin <= one <= moves.stop for one in others):
+        ways = np.diff(end[slice(changes[number - 1] if number else 0, begin), 2])
+        has_risen = (ways[ways != 0.0][-1:] > 0.0).any()
+        if rises and not has_risen and not is_cut.any() and not any(begin <= one <= moves.stop for one in others):
             return (item,)
     return ()
 

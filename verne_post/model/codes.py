@@ -332,7 +332,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "the radius R (CR) may have the wrong sign. Or a block with R (CR) names two axes of another plane than the "
      "active one: then the tool goes along the one that is normal to the plane, on a helix. Or the tool axis of "
      "one cut is between those of two cuts before and two after it, but for the sign of one component or angle. "
-     "Or two cuts before a cut and two after it go on evenly, and so would this one with another sign of one of "
+     "Or four cuts before a cut and four after it go on evenly, and so would this one with another sign of one of "
      "its words, or with A and C exchanged.",
      "Correct the sense, the sign or the plane. No action is needed if it is meant, as the relief of a corner."),
     # --- VP1xx: position limits and reach --------------------------------------------------
@@ -484,7 +484,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     ("VP505", "implausible size", "warning",
      "A speed, feed rate, pitch of a tap, acceleration, jerk, travel, length, cycle or tolerance is possible, but "
      "probably not intended. Most often it is in another unit. It is in the machine file, the command line, the "
-     "set-up or the program. Or two cuts before a cut and two after it go on evenly, and so would this one with ten "
+     "set-up or the program. Or four cuts before a cut and four after it go on evenly, and so would this one with ten "
      "times or a tenth of one of its words. Or a rapid goes down below every cut of its tool, mostly to a height with "
      "the wrong sign. Or a tool cuts nothing of the stock that another tool cuts in the same work system. Or no cut "
      "at all comes into the stock, which may stand elsewhere: its numbers are read from the table "
