@@ -81,11 +81,13 @@ def _find_doubtful(moves: Moves, block: slice) -> list[tuple[int, tuple[int, ...
     away = np.maximum(np.minimum(low, high) - own, own - np.maximum(low, high))
     rows = np.flatnonzero((away > _LEAST).any(axis=1) & sliding_window_view(is_cut, 2 * _BESIDE + 1).all(axis=1))
     paths, away = sliding_window_view(points, 2 * _BESIDE + 1, axis=0)[rows].transpose(0, 2, 1), away[rows]
+    beside = np.delete(np.abs(np.diff(paths, axis=1)), (_BESIDE - 1, _BESIDE), axis=1).max(axis=1)
+    leaves = away > np.maximum(_TIMES_STEP * beside, _LEAST)
     is_free = np.isfinite(moves.tool_axis[block][rows + _BESIDE, 0])  # its angles are those of a tool axis
     found = dict[int, tuple[int, tuple[int, ...], float, str]]()
     for axes, factor, code in _DOUBTS:
         columns = list(axes)
-        some = (away[:, columns] > _LEAST) & ~(is_free[:, None] & (np.array(axes) >= 3))
+        some = leaves[:, columns] & ~(is_free[:, None] & (np.array(axes) >= 3))
         if axes[0] >= 3 and len(axes) == 1:
             some &= away[:, columns] <= TURN_DEG  # check_rotary_words
         at = np.flatnonzero(some.all(axis=1))
@@ -95,7 +97,7 @@ def _find_doubtful(moves: Moves, block: slice) -> list[tuple[int, tuple[int, ...
 
 
 def _find_even(paths: Array, away: Array, axes: list[int], factor: float) -> NDArray[np.bool_]:
-    """Which paths (n, 9, 6) go on evenly with the words that are meant in the middle, and leave their way without."""
+    """Which paths (n, 9, 6) go on evenly with the words that are meant; the middle is ``away`` (n, 6) from them."""
     meant = paths.copy()
     meant[:, _BESIDE, axes] = factor * paths[:, _BESIDE, axes[::-1]]
     steps = np.diff(meant, axis=1)
@@ -103,7 +105,7 @@ def _find_even(paths: Array, away: Array, axes: list[int], factor: float) -> NDA
     length, bend = (np.linalg.norm(one[..., :3], axis=2) for one in (steps, bends))
     is_even = (bend <= _UNEVEN * np.maximum(length[:, :-1], length[:, 1:]) + _ROUNDED).all(axis=1)
     steps, bends = np.abs(steps), np.abs(bends)
-    most, beside = steps.max(axis=1), np.delete(steps, (_BESIDE - 1, _BESIDE), axis=1).max(axis=1)
+    most = steps.max(axis=1)
     is_even &= (bends[..., 3:] <= _UNEVEN * most[:, None, 3:] + _ROUNDED).all(axis=(1, 2))
     is_fine = np.all([np.abs(meant - np.rint(meant / one) * one) > START_POSE_MM for one in _ROUND], axis=0)
     is_even &= ((is_fine.sum(axis=1) >= _BESIDE) & (most > 0.0)).any(axis=1)
@@ -115,8 +117,7 @@ def _find_even(paths: Array, away: Array, axes: list[int], factor: float) -> NDA
     leads = np.tensordot(meant[:, _BESIDE - 2 : _BESIDE + 3], (-1.0, 4.0, 0.0, 4.0, -1.0), (1, 0)) / 6.0
     turn = np.delete(bends, (_BESIDE - 2, _BESIDE - 1, _BESIDE), axis=1).max(axis=1)
     near = _OFF * np.maximum(0.5 * np.abs(meant[:, _BESIDE + 1] - meant[:, _BESIDE - 1]), turn) + _ROUNDED
-    is_slip = (np.abs(meant[:, _BESIDE] - leads) <= near) & (away > _TIMES_STEP * beside)
-    return np.asarray(is_even & is_slip[:, axes].all(axis=1))
+    return np.asarray(is_even & (np.abs(meant[:, _BESIDE] - leads) <= near)[:, axes].all(axis=1))
 
 
 def _describe(ends: Array, axes: tuple[int, ...], factor: float, code: str, text: str, line: int) -> Finding | None:
