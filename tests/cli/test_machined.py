@@ -188,7 +188,7 @@ def test_the_map_is_a_ply_file_and_a_picture(floor, run):
         (("--unit", "m"), 2, "VP506 error: part.stl: read in m it is 20000 mm large"),
         (("--gouge", "0"), 2, "--gouge"),
         (("--search", "0.01"), 2, "--search 0.01 must not be below"),
-        (("--grid", "0.005"), 2, "VP018 error: part.stl: a grid of 0.005 mm has too many places; give --grid"),
+        (("--grid", "0.005"), 2, "VP018 error: part.stl: a grid of 0.005 mm has too many places; give 0.0"),
         (("--delay", "3"), 2, "name it with --measured"),
         (("-o", "map.obj"), 2, "expected a name that ends in .ply"),
         (("--csv", "axes.csv"), 2, "axes.csv"),
