@@ -166,6 +166,9 @@ def test_a_bound_that_does_not_decide_has_no_verdict(floor, run, monkeypatch):
     low = [word.replace("0,0,60", "0,0,60.04") for word in JUDGE]
     answer = run(*low, "--grid", "1", "--output-format", "json")
     assert (answer.code, codes(answer)) == (3, {"VP220"})
+    (found,) = json.loads(answer.out)["programs"][0]["findings"]
+    assert found["line"] is not None
+    assert "0.040 mm by the shortest way out: gouge_mm (--gouge) 0.062 would accept that" in found["message"]
 
 
 def test_the_map_is_a_ply_file_and_a_picture(floor, run):
@@ -188,7 +191,7 @@ def test_the_map_is_a_ply_file_and_a_picture(floor, run):
         (("--unit", "m"), 2, "VP506 error: part.stl: read in m it is 20000 mm large"),
         (("--gouge", "0"), 2, "--gouge"),
         (("--search", "0.01"), 2, "--search 0.01 must not be below"),
-        (("--grid", "0.005"), 2, "VP018 error: part.stl: a grid of 0.005 mm has too many places; give --grid"),
+        (("--grid", "0.005"), 2, "VP018 error: part.stl: a grid of 0.005 mm has too many places; give 0.0"),
         (("--delay", "3"), 2, "name it with --measured"),
         (("-o", "map.obj"), 2, "expected a name that ends in .ply"),
         (("--csv", "axes.csv"), 2, "axes.csv"),

@@ -16,12 +16,13 @@ from tests.builders import MACHINE
 from tests.kinematics.test_keep_out import PAST, SHAPE, SWING, check
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program, guard_joints
+from verne_post.app.convert import check_source
 from verne_post.cli.main import main
 from verne_post.kinematics.checks import mesh_distances
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Box, Cylinder, FixtureMesh
+from verne_post.model.part_setup import Box, Cylinder, FixtureMesh, NominalPart, Wanted
 from verne_post.part.bodies import Piece
 from verne_post.part.fixture import load_fixture
 from verne_post.part.stl import build_mesh
@@ -212,6 +213,67 @@ def test_a_mesh_that_fits_only_in_mm_is_doubted(
     for item in doubts:
         assert item.message.startswith("keep_out.vise.unit: read in inch, vise is 1524 mm long, and the table ")
         assert item.message.endswith("; did you mean mm?")
+
+
+#: A vise of 110 x 130 x 84 mm in inches, read in mm; and pins.
+LOST = ((-2.165, -2.559, -9.0), (2.165, 2.559, -5.693))
+PIN, OTHER_PIN = ((-3.0, -3.0, -9.0), (3.0, 3.0, -2.0)), ((57.0, -3.0, -9.0), (63.0, 3.0, -2.0))
+
+
+@pytest.mark.parametrize(
+    ("fixtures", "says"),
+    [
+        ([mesh_of(*LOST, "vise")], 'write unit = "cm" (51.18 mm) or unit = "inch" (130 mm)'),
+        ([Box("vise", *LOST)], "write the corners in mm"),
+        ([mesh_of(*LOST, "vise", unit="inch")], ""),
+        ([mesh_of(*PIN, "left"), mesh_of(*OTHER_PIN, "right")], ""),
+        ([FixtureMesh("pins", pack_stl(unite_boxes([PIN, OTHER_PIN])))], ""),
+        ([mesh_of(*PIN, "pin"), Box("base", (-50.0, -50.0, -30.0), (50.0, 50.0, -9.0))], ""),
+    ],
+)
+def test_fixtures_that_are_smaller_than_any_in_all_are_doubted(fixtures: list[Box | FixtureMesh], says: str) -> None:
+    found = check(PAST, keep_out=tuple(fixtures))
+    assert [(item.code, item.severity) for item in found] == [("VP505", "warning")] * bool(says)
+    for item in found:
+        size = "keep_out.vise (4.33 x 5.118 x 3.307 mm from (-2.165, -2.559, -9) on the table): read in mm, "
+        assert item.message.startswith(size)
+        assert item.message.endswith(says)
+
+
+#: The stock of a part of 80 x 40 x 30 mm, in which PAST cuts.
+STOCK = ((-40.0, -20.0, 0.0), (40.0, 20.0, 31.0))
+
+
+@pytest.mark.parametrize(
+    ("stock", "unit", "says"),
+    [
+        (Box("the stock", *STOCK), "mm", ""),
+        (Box("the stock", (-39.9, -20.0, 0.0), (40.0, 20.0, 31.0)), "mm", ""),  # less than the excess that is accepted
+        (Box("the stock", (-30.0, -20.0, 0.0), (30.0, 20.0, 31.0)), "mm",
+         "part.stl reaches 10 mm outside the stock, at (-40.000, -20.000, 0.000) on the table: it is 80 x 40 x 30 mm "
+         "large, and the stock 60 x 40 x 31 mm from (-30, -20, 0); correct the unit, the size or the place of either"),
+        (mesh_of((-1.575, -0.79, 29.0), (1.575, 0.79, 31.0), "the stock"), "mm", "part.stl reaches 51.8"),
+        (mesh_of(*STOCK, "the stock"), "inch", "part.unit: read in inch, part.stl is 2032 mm long"),
+    ],
+)  # fmt: skip
+def test_a_part_that_is_not_in_its_stock_is_doubted(stock: Box | FixtureMesh, unit: str, says: str) -> None:
+    """Where its own unit is doubtful, nothing is said about the stock."""
+    raw = pack_stl(unite_boxes([((-40.0, -20.0, 0.0), (40.0, 20.0, 30.0))]))
+    found = check(PAST, stock=stock, part=NominalPart("part.stl", raw, 1, unit))
+    told = [item.message for item in found if item.code == "VP505"]
+    assert len(told) == bool(says)
+    assert all(one.startswith(says) for one in told)
+
+
+def test_the_unit_of_a_part_is_named_before_its_grid() -> None:
+    raw = pack_stl(unite_boxes([((-40.0, -20.0, 0.0), (40.0, 20.0, 30.0))]))
+    part = NominalPart("part.stl", raw, 1, "inch", Wanted(grid=1.0))
+    options = Options(tool_length=100.0, tool_shapes={1: SHAPE}, wcs={"G54": (0.0, 0.0, 0.0)}, part=part)
+    source = PAST.replace("G61.1\n", "G61.1\nT1 M6 S900 M3\n").encode()
+    doubt, refused = check_source(source, MACHINE, options).findings
+    assert (doubt.code, doubt.severity, doubt.message[:24]) == ("VP505", "warning", "part.unit: read in inch,")
+    assert (refused.code, refused.severity) == ("VP018", "error")
+    assert "has too many places; give 4.1 mm (grid_mm of [part] in the set-up" in refused.message
 
 
 def test_a_body_of_many_facets_does_not_cross_itself() -> None:
@@ -434,7 +496,8 @@ def test_fixtures_of_a_settings_file_may_be_meshes(folder: Path, run: Any) -> No
     setup = folder / "vise.nc.toml"
     setup.write_text(setup.read_text().replace('[keep_out.vise]\nfile = "vise.stl"', "").partition("[part]")[0])
     (folder / "verne-post.toml").write_text('[keep_out.jaws]\nfile = "vise.stl"\n')
-    assert "kept out of: jaws, the stock" in run("check", "vise.nc").out
+    kept = "kept out of: jaws (110 x 130 x 84 mm from (-55, -65, 0)), the stock (80 x 40 x 31 mm from (-40, -20, 40))"
+    assert kept in run("check", "vise.nc").out
     (folder / "verne-post.toml").write_text('[keep_out.jaws]\nfile = "/vise.stl"\n')
     answer = run("check", "vise.nc")
     assert "keep_out.jaws.file = '/vise.stl': names of files count from the folder" in answer.out + answer.err

@@ -296,7 +296,7 @@ def test_a_tool_that_begins_inside_the_part():
 
 
 def test_a_grid_that_is_too_fine_is_refused_with_one_that_will_do():
-    with pytest.raises(InputError, match=r"part.stl: a grid of 0.001 mm has too many places; give --grid 0.0"):
+    with pytest.raises(InputError, match=r"part.stl: a grid of 0.001 mm has too many places; give 0.0"):
         divide(rectangle((0, 0), (15, 8)), 0.001)
 
 

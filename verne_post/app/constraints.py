@@ -54,10 +54,13 @@ def _check_contour(
     bounds, found = check_constraints(joints, report, program.team)
     if joints.keep_out is not None:
         from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
-        from verne_post.app.unit_check import report_doubtful_units
 
         found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
-        found += report_doubtful_units(program.machine, program.options)
+    if joints.keep_out is not None or program.options.part is not None:
+        from verne_post.app.unit_check import report_doubtful_units
+
+        is_doubted = any(item.code == "VP505" for item in found)
+        found += report_doubtful_units(program, joints, is_stock_doubted=is_doubted)
     return bounds, [_name_frame(program, item) for item in found]
 
 

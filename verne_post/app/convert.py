@@ -139,8 +139,12 @@ def _judge_rows(
     if asked is None or body is None or not program.team.leads:
         return None
     from verne_post.app.machined_stock import judge_blocks
+    from verne_post.app.unit_check import report_large_part
 
-    return judge_blocks(program, body, asked.wanted, blocks, progress)
+    try:
+        return judge_blocks(program, body, asked.wanted, blocks, progress)
+    except InputError as error:  # a part in a wrong unit has too many places for any grid
+        raise InputError(*report_large_part(program), *error.findings) from error
 
 
 def _keep_too(blocks: list[SetpointBlock], take: Sink) -> Sink:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec import Struct, structs
 
-from verne_post.app.assemble import Program, choose_shaper
+from verne_post.app.assemble import Program, build_interpreter_setup, choose_shaper
 from verne_post.app.plan import Plan
 from verne_post.base.arrays import Ints, find_used
 from verne_post.base.columns import iterate_blocks
@@ -232,10 +232,23 @@ def summarise(
         carried_lines=lengths.carried_lines,
         bare_lines=lengths.bare_lines,
         stock=moves.stock,
+        bodies=_describe_bodies(program),
         compared=() if part is None else _describe_part(part),
         shaped=shaped,
         axis_error_deg=plan.axis_error_deg if isinstance(program.machine.five_axis, AxisCorrecting) else None,
     )
+
+
+def _describe_bodies(program: Program) -> tuple[str, ...]:
+    """Each fixture and the stock, with size and place: what is given in another unit shows."""
+    options = program.options
+    if not options.keep_out and options.stock is None:
+        return ()
+    from verne_post.kinematics.checks.keep_out import place_bodies  # for programs with bodies around them alone
+
+    frames = build_interpreter_setup(program.machine, options).frames
+    placed = place_bodies(program.machine, program.moves, options, frames)
+    return tuple(f"{one.name} ({one.describe_extent()})" for one in placed)
 
 
 def _describe_part(part: "Machined") -> tuple[str, ...]:

@@ -1,33 +1,116 @@
-"""Meshes of fixtures and of the stock that are far larger than the table, and fit on it in another unit."""
+"""Fixtures, stock and part of the set-up whose unit or place is doubtful: far too large, too small, or one outside."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
+from verne_post.app.assemble import Program, build_interpreter_setup
+from verne_post.base.printable import join_names
+from verne_post.base.rotations import rotate_z
+from verne_post.kinematics.checks.keep_out import KeepOut, Placed, place_body
+from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, make_finding
-from verne_post.model.machine import Machine
-from verne_post.model.options import Options
-from verne_post.model.part_setup import UNITS, FixtureMesh
+from verne_post.model.part_setup import UNITS, FixtureMesh, NominalPart
+from verne_post.model.plausibility import PLAUSIBLE
 from verne_post.part.stl import read_stl
+from verne_post.part.verdict import describe_place
 
 #: A mesh that is longer than so many diameters of the table is mostly in another unit.
 _TIMES_TABLE: Final = 2.0
+#: Fixtures that all together are no longer than this, mm, are mostly in another unit; a pin alone may be.
+_SMALL_MM: Final = 10.0
 
 
-def report_doubtful_units(machine: Machine, options: Options) -> Iterator[Finding]:
-    """VP505 for meshes whose unit is doubtful: they may stand where they are not, or they are meant."""
+def report_doubtful_units(program: Program, joints: JointPath, *, is_stock_doubted: bool) -> Iterator[Finding]:
+    """VP505 for bodies whose unit is doubtful: they may stand where they are not, or they are meant.
+
+    Where cuts do not come into the stock, that is doubted already, and the part is not held against it.
+    """
+    options = program.options
+    placed = joints.keep_out.obstacles if isinstance(joints.keep_out, KeepOut) else ()  # in the order of the options
     bodies = [(f"keep_out.{body.name}", body) for body in options.keep_out]
-    diameter = 2.0 * machine.table_radius
     for key, body in (*bodies, ("stock", options.stock)):
-        if not isinstance(body, FixtureMesh) or body.unit == "mm" or body.shown.lower().rstrip(")").endswith(".npz"):
-            continue  # of the units, mm is the smallest
-        vertices = read_stl(body.raw, body.shown, body.unit).vertices
-        size = float(np.ptp(vertices, axis=0).max())
-        size_in_mm = size / UNITS[body.unit]
-        if size > _TIMES_TABLE * diameter >= _TIMES_TABLE * size_in_mm:
-            text = (
-                f"{key}.unit: read in {body.unit}, {body.shown} is {size:.4g} mm long, and the table {diameter:g} mm "
-                "wide; did you mean mm?"
-            )
-            yield make_finding("VP505", text)
+        if isinstance(body, FixtureMesh) and not body.shown.lower().rstrip(")").endswith(".npz"):
+            yield from _report_large(program, key, body, body.shown)
+    yield from _report_small(program, placed)
+    doubts = [*report_large_part(program)]
+    yield from doubts or (() if is_stock_doubted else _report_outside(program, placed))
+
+
+def report_large_part(program: Program) -> Iterator[Finding]:
+    """VP505 for a nominal part that is far larger than the table, and fits on it in mm."""
+    part = program.options.part
+    if part is not None:
+        yield from _report_large(program, "part", part, part.name)
+
+
+def _report_large(program: Program, key: str, body: FixtureMesh | NominalPart, name: str) -> Iterator[Finding]:
+    """A mesh that fits on the table only in mm: of the units, that is the smallest."""
+    if body.unit == "mm":
+        return
+    size = float(np.ptp(read_stl(body.raw, name, body.unit).vertices, axis=0).max())
+    diameter = 2.0 * program.machine.table_radius
+    if size > _TIMES_TABLE * diameter >= _TIMES_TABLE * size / UNITS[body.unit]:
+        text = (
+            f"{key}.unit: read in {body.unit}, {name} is {size:.4g} mm long, and the table {diameter:g} mm "
+            "wide; did you mean mm?"
+        )
+        yield make_finding("VP505", text)
+
+
+def _report_small(program: Program, placed: Sequence[Placed]) -> Iterator[Finding]:
+    """Fixtures in mm that all together are smaller than what holds a part: in inches they would be a vise.
+
+    A small one beside others is a pin, a screw or a clamp.
+    """
+    fixtures = [one for one in zip(program.options.keep_out, placed, strict=False) if not one[1].stock]
+    if not fixtures:
+        return
+    extents = [one.find_extent() for _body, one in fixtures]
+    low, high = (pick([one[k] for one in extents], axis=0) for k, pick in ((0, np.min), (1, np.max)))
+    size = float((high - low).max())
+    in_mm = [(body, one) for body, one in fixtures if not isinstance(body, FixtureMesh) or body.unit == "mm"]
+    if size >= _SMALL_MM or (size < PLAUSIBLE["box"].low and not any(one.mesh for _body, one in in_mm)):
+        return
+    longest = _TIMES_TABLE * 2.0 * program.machine.table_radius
+    others = {unit: size * mm for unit, mm in UNITS.items() if _SMALL_MM <= size * mm <= longest}
+    if not (in_mm and others):
+        return
+    shown = join_names([f"keep_out.{body.name} ({one.describe_extent()} on the table)" for body, one in in_mm])
+    if any(one.mesh for _body, one in in_mm):
+        remedy = " or ".join(f'unit = "{unit}" ({long:.4g} mm)' for unit, long in others.items())
+    else:
+        remedy = "the corners in mm"
+    text = (
+        f"{shown}: read in mm, the fixtures are {size:.4g} mm long in all; if they are given in another unit, write "
+        f"{remedy}"
+    )
+    yield make_finding("VP505", text)
+
+
+def _report_outside(program: Program, placed: Sequence[Placed]) -> Iterator[Finding]:
+    """A nominal part that reaches outside the stock, or the box around it, from which it is to be cut.
+
+    As much as may stay on the part, or as the rays of the stock are apart, may be missing too.
+    """
+    options = program.options
+    part, stock = options.part, next((one for one in placed if one.stock), None)
+    if part is None or stock is None:
+        return
+    frames = build_interpreter_setup(program.machine, options).frames
+    zero = np.zeros(3)
+    origin, turn = place_body(program.machine, part.name, part.system, zero, program.moves, options, frames)
+    corner = rotate_z(read_stl(part.raw, part.name, part.unit).vertices, turn) + origin
+    outside = np.linalg.norm(np.maximum(np.abs(stock.map_inside(corner)) - stock.half, 0.0), axis=1)
+    allowed = max(part.wanted.excess, 0.0 if stock.form is None else float(stock.form.cell.max()))
+    worst = int(outside.argmax())
+    if outside[worst] > allowed:
+        low, high = corner.min(axis=0), corner.max(axis=0)
+        size = " x ".join(f"{one:.4g}" for one in high - low)
+        text = (
+            f"{part.name} reaches {outside[worst]:.4g} mm outside {stock.name}, at {describe_place(corner[worst])} on "
+            f"the table: it is {size} mm large, and {stock.name} {stock.describe_extent()}; correct the unit, the size "
+            "or the place of either"
+        )
+        yield make_finding("VP505", text, value=float(outside[worst]), limit=allowed, unit="mm")

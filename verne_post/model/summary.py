@@ -114,6 +114,8 @@ class Summary:
         Largest tool axis error of the motion that the as-built machine cannot correct; None for a nominal machine.
     stock : Stock or None
         The stock that the program defines.
+    bodies : tuple of str
+        The fixtures and the stock that are kept out of, each with its size and place on the table.
     compared : tuple of str
         What was found of the nominal part, a sentence for each comparison; the first one counts.
     arc_feeds : tuple of ArcFeedUse
@@ -162,6 +164,7 @@ class Summary:
     bare_lines: tuple[int, ...] = ()
     axis_error_deg: float | None = None
     stock: Stock | None = None
+    bodies: tuple[str, ...] = ()
     compared: tuple[str, ...] = ()
     shaped: Shaped | None = None
     placed_systems: frozenset[int] = frozenset()

@@ -495,13 +495,8 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
 def _keep_out(summary: Summary) -> Facts:
     """What is kept out of."""
     options = summary.options
-    names = _list_bodies(options)
     cut = f" (as the lines before {options.from_line} have cut it)" if options.stock and options.from_line else ""
-    return [("kept out of", ", ".join(names) + cut)] if names else []
-
-
-def _list_bodies(options: Options) -> list[str]:
-    return [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
+    return [("kept out of", ", ".join(summary.bodies) + " on the table" + cut)] if summary.bodies else []
 
 
 def list_absent_bodies(options: Options) -> list[str]:
@@ -528,7 +523,7 @@ def list_unchecked(machine: Machine, options: Options, events: Sequence[Event]) 
     These are fixtures and stock, and those of machine and tools whose size is not known.
     """
     bodies, none = machine.bodies, [*_list_ignored(events), *list_absent_bodies(options)]
-    if not _list_bodies(options):
+    if not options.keep_out and options.stock is None:
         return [("NOT CHECKED", "; ".join(none))]
     used = {number for _change, number in list_tool_changes(events)} - {0} or {0}  # T0 empties the spindle
     tools = options.tools or {}

@@ -169,8 +169,9 @@ def divide(mesh: Mesh, grid: float) -> Cells:
         if count + 2 * int(slim.sum()) > MAX_CELLS:
             enough = grid * np.sqrt(count / MAX_CELLS)
             text = (
-                f"{mesh.name}: a grid of {grid:g} mm has too many places; give --grid "
-                f"{max(1.2 * enough, 1.5 * grid):.2g}, or a smaller STL with only the surface that matters"
+                f"{mesh.name}: a grid of {grid:g} mm has too many places; give {max(1.2 * enough, 1.5 * grid):.2g} mm "
+                "(grid_mm of [part] in the set-up, --grid of machined), or a smaller STL with only the surface that "
+                "matters"
             )
             raise make_input_error("VP018", text)
         done += [left.select(~slim & (parts == n)).cut(n) for n in np.unique(parts[~slim]).tolist()]

@@ -151,8 +151,8 @@ class Dexels:
         self._used = np.zeros(OVERFLOW[0], np.int32)
         there = high > low
         #: Corners (3,) of a box around the material, in the frame of the stock.
-        self.least = np.append(np.zeros(2), low[there].min(initial=0.0))
-        self.most = np.append(np.array(self.counts) * cell, high[there].max(initial=0.0))
+        least, most = (low[there].min(), high[there].max()) if there.any() else (0.0, 0.0)
+        self.least, self.most = np.append(np.zeros(2), least), np.append(np.array(self.counts) * cell, most)
 
     @property
     def counts(self) -> tuple[int, int]:

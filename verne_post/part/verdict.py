@@ -12,6 +12,7 @@ from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_text
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.verdict import find_exit_status
+from verne_post.part.bound import find_limit
 from verne_post.part.clearance import Contacts
 from verne_post.part.compare import UNDECIDED, Comparison
 from verne_post.part.motion import Motion
@@ -139,18 +140,35 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
         findings.append(make_finding("VP219", text, value=wanted.search, limit=wanted.excess, unit="mm"))
     open_facets = np.flatnonzero(comparison.state == UNDECIDED)
     if len(open_facets):
-        deepest = float(comparison.deepest[open_facets].max())
-        severity = "warning" if len(gouges.depth) else "error"
-        text = (
-            f"{len(open_facets)} facets of {mesh.name} are not decided: no gouge deeper than {wanted.gouge:g} mm was "
-            f"found there, and none is deeper than {deepest:.3f} mm"
-        )
-        findings.append(
-            make_finding(
-                "VP220", text, severity=severity, value=deepest, limit=wanted.gouge, unit="mm", count=len(open_facets)
-            )
-        )
+        findings.append(_report_undecided(judged, open_facets, "warning" if len(gouges.depth) else "error"))
     return findings, [*spots, *excess]
+
+
+def _report_undecided(judged: Judged, facets: Ints, severity: str) -> Finding:
+    """VP220 at the line and place where the cutter is deepest, with the limits that would decide."""
+    comparison, wanted, nearest = judged.comparison, judged.comparison.wanted, judged.comparison.nearest
+    deepest = float(comparison.deepest[facets].max())
+    text = (
+        f"{len(facets)} facets of {comparison.mesh.name} are not decided: no gouge deeper than {wanted.gouge:g} mm was "
+        f"found there, and none is deeper than {deepest:.3f} mm"
+    )
+    cells = np.flatnonzero(np.isin(comparison.cells.facet, facets) & (nearest.row >= 0))
+    worst = int(cells[np.argmin(nearest.distance[cells])]) if len(cells) else -1
+    depth = -float(nearest.distance[worst])
+    line = None
+    if worst >= 0 and depth > 0.0:
+        motion = judged.motions[nearest.motion[worst]]
+        piece = motion.pieces[nearest.piece[worst]]
+        # what an edge reaches of a gouge, and a tenth more for what its bound is wide
+        enough = 1.1 * depth * wanted.gouge / -find_limit(piece, wanted.gouge)
+        line = find_line(judged, nearest, worst)
+        text += (
+            f"; the {piece.part} of {motion.name} is deepest at "
+            f"{describe_place(comparison.cells.corner[worst].mean(axis=0))}, {depth:.3f} mm by the shortest way out: "
+            f"gouge_mm (--gouge) {enough:.2g} would accept that, and one below {depth:.2g} refuse it"
+        )
+    where = {"line": line, "value": deepest, "limit": wanted.gouge, "unit": "mm", "count": len(facets)}
+    return make_finding("VP220", text, severity=severity, **where)
 
 
 def add_rests(machined: Machined, rests: list[Rest]) -> Machined:

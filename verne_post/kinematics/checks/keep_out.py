@@ -101,6 +101,17 @@ class Placed(Struct, frozen=True, eq=False):
         """The tree of that mesh."""
         return _make_balls(self.surface)
 
+    def find_extent(self) -> tuple[Array, Array]:
+        """Least and greatest x, y, z (3,) of it on the table, mm."""
+        corner = rotate_z(self.surface.vertices, self.turn) + self.middle
+        return corner.min(axis=0), corner.max(axis=0)
+
+    def describe_extent(self) -> str:
+        """Its size along x, y, z of the table, and its least corner there, in words."""
+        low, high = self.find_extent()
+        size = " x ".join(f"{one:.4g}" for one in high - low)
+        return f"{size} mm from ({', '.join(f'{one:.4g}' for one in low + 0.0)})"
+
     def move(self, shift: Array) -> "Placed":
         """The same elsewhere on the table by ``shift`` (3,), mm."""
         form = None if self.form is None else self.form.move(shift, 0.0)
@@ -233,11 +244,28 @@ def build_keep_out(
     InputError
         VP018 where a tool is shorter than its parts.
     """
-    bodies = [*options.keep_out, *([] if options.stock is None else [options.stock])]
-    if not bodies:
+    standing = place_bodies(machine, moves, options, frames)
+    if not standing:
         return None
+    moving = build_moving(machine, path, moves, options)
+    # a cutter that is wider below, or may be, does not come back up through what it has left
+    undercuts = np.array(
+        [any(one.neck_diameter > 0 or one.taper < 0 or bool(one.profile) for one in shape) for shape in moving.shapes]
+    )
+    entering = _find_entering_rapids(path, moving.tool) | (undercuts[moving.tool] & (path.feed_time == 0))
+    return KeepOut(standing, moving, entering)
+
+
+def place_bodies(machine: Machine, moves: Moves, options: Options, frames: Mapping[int, Frame]) -> list[Placed]:
+    """The fixtures and the stock of the options, in this order, where they stand.
+
+    Raises
+    ------
+    InputError
+        VP018, VP506.
+    """
     standing: list[Placed] = []
-    for body in bodies:
+    for body in (*options.keep_out, *([] if options.stock is None else [options.stock])):
         if isinstance(body, OwnStock):
             standing.append(place_own_stock(machine, moves, options, body.distance))
             continue
@@ -251,13 +279,7 @@ def build_keep_out(
             standing.append(Placed(body.name, middle, np.zeros(3), turn, body.distance, False, with_part, mesh))
         else:
             standing.append(place_box(body, middle, turn, stock=body is options.stock))
-    moving = build_moving(machine, path, moves, options)
-    # a cutter that is wider below, or may be, does not come back up through what it has left
-    undercuts = np.array(
-        [any(one.neck_diameter > 0 or one.taper < 0 or bool(one.profile) for one in shape) for shape in moving.shapes]
-    )
-    entering = _find_entering_rapids(path, moving.tool) | (undercuts[moving.tool] & (path.feed_time == 0))
-    return KeepOut(standing, moving, entering)
+    return standing
 
 
 def place_own_stock(machine: Machine, moves: Moves, options: Options, distance: float = 0.0) -> Placed:
