@@ -468,6 +468,23 @@ def test_machine_coordinates_under_an_upright_tool_leave_c_to_the_whole_program(
     assert c[-1] == pytest.approx(-np.degrees(np.arctan2(0.0349, 0.0261)), abs=0.1)
 
 
+@pytest.mark.parametrize("between", ["G0 A0\n", "G0 A0 C0\n", "G53 G0 Z0\nG0 C0\n", ""])
+def test_words_of_one_axis_after_tool_axes_that_end_upright(between: str) -> None:
+    """C may turn in any of the rapids between two operations: the text is read again once for where it does."""
+    cuts = "G1 X{} Y1 Z0 I{} J{} K{} F900\nX{} Y1 I0 J0 K1\nG0 Z80\nG49\n"
+    source = (
+        "G17 G21 G90 G54\nG43.5 H5\nG0 X0 Y0 Z60 I0 J0 K1\n"
+        + cuts.format(3, ".0794", ".0425", ".9959", 11)
+        + between
+        + "G43.5 H5\nG0 X11 Y1 Z60 I0 J0 K1\n"
+        + cuts.format(18, ".0168", ".0134", ".9998", 25)
+        + "G53 G0 Z0\nM30\n"
+    )
+    setup = vp.Options(tool_length=LENGTH, wcs={"G54": (0, 0, 50)}, dialect="fanuc")
+    path = assemble(source.encode(), vp.load_machine("ac_trunnion"), setup).path
+    assert np.degrees(np.ptp(path.end[:, 4])) < 70.0
+
+
 @pytest.mark.parametrize("first", ["G1 X10 A110 F3000", "G2 X20 I10 A110 F3000"])
 def test_a_corner_at_the_end_of_a_travel_does_not_swing_beyond_it(first: str, run: Runner, tmp_path: Path) -> None:
     """Wide corners swing out before they turn: A stands at its limit along line 3, which is legal to the last digit."""

@@ -135,7 +135,8 @@ def settle_stock(
 
 def _report_lines(program: Program, cut: Cut, name: str) -> list[Finding]:
     """VP216, undecided, where a rapid meets what a cutter of unknown diameter, here a thin line, may have cut."""
-    at = [one.line for one in cut.touches if one.by_line]
+    sure = {one.line for one in cut.touches if one.body == "cutter" and one.depth == one.depth}
+    at = [one.line for one in cut.touches if one.by_line and one.line not in sure]
     numbers = set[int]()
     for one in (program, program.skipped) if at else ():
         if one is not None:

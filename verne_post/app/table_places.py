@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from verne_post import gcode
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
-from verne_post.base.tolerances import ZERO_ANGLE
+from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.setup import Setup
 from verne_post.model.findings import make_input_error
@@ -59,12 +59,11 @@ def lay_out(
             team=team,
             places_known=places_known,
         )
-        found = tuple(_find_place(place, path, machine) for place in moves.table_places)
-        wrong = [
-            place
-            for place, stands in zip(moves.table_places, found, strict=True)
-            if not np.abs(np.subtract(place.machine, stands)).max() <= DEG_PER_RAD * ZERO_ANGLE
-        ]
+        found = tuple(
+            _find_place(place, path, machine, is_known=number < places_known)
+            for number, place in enumerate(moves.table_places)
+        )
+        wrong = [place for place, stands in zip(moves.table_places, found, strict=True) if not _agrees(place, stands)]
         if not wrong:
             return moves, path, branches
         moves, places_known = gcode.interpret_program(source, replace(setup, table_places=found)), len(found)
@@ -76,13 +75,30 @@ def lay_out(
     raise make_input_error("VP013", text, line=line)
 
 
-def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[float, float]:
-    """Where the table really stands, as :class:`TablePlace` has it."""
+def _find_place(place: TablePlace, path: ToolPath, machine: Machine, *, is_known: bool) -> tuple[float, float]:
+    """Where the table really stands, as :class:`TablePlace` has it.
+
+    Under an upright tool C may still turn to a known place: the rapid that leads to it does.
+    """
     at = int(np.searchsorted(path.move, place.before)) - 1
-    if place.by_words and at + 1 < len(path) and path.move[at + 1] == place.before:
-        at += 1  # a rewind may come right before it
+    after = at + 1 if at + 1 < len(path) and path.move[at + 1] == place.before else at
+    if place.by_words:
+        at = after  # a rewind may come right before it
     if at < 0:
         return place.machine
+    found = _name_place(path, at, machine)
+    is_upright = max(abs(np.sin(path.end[at, 3])), abs(np.sin(path.end[after, 3]))) <= POLE_SINE
+    if is_known and is_upright and not _agrees(place, found):
+        return _name_place(path, after, machine)
+    return found
+
+
+def _name_place(path: ToolPath, at: int, machine: Machine) -> tuple[float, float]:
+    """A and C at the end of a segment, machine coordinates, degrees."""
     words = machine.coordinates.map_from_table(np.zeros(3), path.end[at, 3:], Frame())
     a, c = (float(words[axis]) for axis in machine.coordinates.rotary)
     return a, c
+
+
+def _agrees(place: TablePlace, stands: tuple[float, float]) -> bool:
+    return bool(np.abs(np.subtract(place.machine, stands)).max() <= DEG_PER_RAD * ZERO_ANGLE)

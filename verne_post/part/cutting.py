@@ -19,6 +19,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.part.bodies import Piece, measure_phi
 from verne_post.part.dexels import Dexels, Sweeps, count_bodies, find_boxes, list_sweeps, load_compiled
 from verne_post.part.ray_tables import RayTable, make_table
@@ -54,6 +55,11 @@ MEASURED_RAYS: Final = 300
 MEASURED_BODIES: Final = 20
 #: Rays across a body from which these are chosen, if that leaves enough.
 CHOSEN_FROM: Final = 10_000
+#: Farther than this, mm, from its axis, and above its tip, a cutter of unknown diameter has cut nothing.
+LINE_RADIUS_MM: Final = 25.0
+LINE_HEIGHT_MM: Final = 100.0
+#: Points of a contact that are asked for.
+LINE_POINTS: Final = 16
 #: The depth of a long contact is measured again after this share of itself: it changes by no more than the body moves.
 DEPTH_SHARE: Final = 0.05
 
@@ -216,8 +222,8 @@ class _Run:
         )
         #: Straight cuts by tool (n, tip and axis, 2, 3), in parts, which a rapid may follow.
         self.cuts: dict[int, list[Array]] = {}
-        #: Planes (n, 4) across the axis through the tip of cutters that are thin lines, at feed: normal and height.
-        self.planes: list[Array] = []
+        #: Spans (n, tips and the first axis, 3, 3) that cutters which are thin lines go along at feed, in parts.
+        self.line_cuts: list[Array] = []
         self.first_line_cut: float = np.inf  #: The first span of theirs.
         #: By body the last place where the depth of a contact was measured: span, tip, axis, and the depth.
         self.measured: dict[str, tuple[int, Array, Array, float]] = {}
@@ -276,9 +282,7 @@ class _Run:
         past.append(np.stack([tip, axis], axis=1))
         if tool.is_line:
             self.first_line_cut = min(self.first_line_cut, int(rows[0]))
-            planes = np.concatenate([axis, (tip * axis).sum(axis=2)[..., None]], axis=2).reshape(-1, 4)
-            one = (planes[:, :3] == planes[0, :3]).all()  # no plane of the same normal leaves more than the lowest
-            self.planes.append(planes[[planes[:, 3].argmin()]] if one else planes)
+            self.line_cuts.append(np.concatenate([tip, axis[:, :1]], axis=1))
 
     def _find_near(self, tip: Array, axis: Array, bodies: Iterable[tuple[Piece, ...]], by: float) -> Mask:
         """Spans (n,) on which a body that is larger by ``by`` may come to the stock."""
@@ -319,7 +323,7 @@ class _Run:
             if not self._is_touching(tip, axis, body, RESOLVED):
                 continue  # the largest is asked first: most bodies are clear
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
-                if name == "cutter" and self.planes and self._may_be_cut(tip, axis, body):
+                if name == "cutter" and self.line_cuts and self._may_be_cut(tip, axis, body):
                     self.depth.update(dict.fromkeys(((row, name) for row in rows.tolist()), np.nan))
                     continue
                 first, depth = self._follow_contact(rows, tip, axis, name, body)
@@ -334,18 +338,36 @@ class _Run:
                         self.depth.setdefault((row, name), np.nan)
 
     def _may_be_cut(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> bool:
-        """Whether the material that a body meets may have been cut by a cutter that is a thin line here.
+        """Whether all material that a body meets may have been cut by a cutter that is a thin line here.
 
-        Whatever its diameter, a cutter leaves what is below the plane across its axis through its tip.
+        Such a cutter leaves what is below the plane across its axis through its tip, and what is far from its axis.
         """
         point = self._list_points(tip, axis, body)
-        if len(self.planes) > 1:
-            self.planes[:] = [np.concatenate(self.planes)]
-        (planes,) = self.planes
         if not len(point):
             return True
-        lowest = point[(point @ axis[0]).argmin()]
-        return bool((planes[:, :3] @ lowest - planes[:, 3]).max() > -TOUCH_MM - self.left)
+        some = np.append((point @ axis[0]).argmin(), np.linspace(0, len(point) - 1, LINE_POINTS).astype(int))
+        point = point[some]
+        self.line_cuts[:] = [np.concatenate(self.line_cuts)]
+        (cuts,) = self.line_cuts
+        reach = math.hypot(LINE_RADIUS_MM, LINE_HEIGHT_MM)
+        near = (cuts[:, :2].min(axis=1) <= point.max(axis=0) + reach).all(axis=1)
+        near &= (cuts[:, :2].max(axis=1) >= point.min(axis=0) - reach).all(axis=1)
+        begin, end, along = cuts[near].transpose(1, 0, 2)
+        way = end - begin
+        across = way - (way * along).sum(axis=1)[:, None] * along
+        length = np.maximum((across * across).sum(axis=1), ZERO_LENGTH_MM**2)
+
+        def is_reached(at: Array) -> bool:
+            nearest = np.clip(((at - begin) * across).sum(axis=1) / length, 0.0, 1.0)
+            for share in (nearest, np.zeros_like(nearest), np.ones_like(nearest)):
+                gap = at - begin - share[:, None] * way
+                high = (gap * along).sum(axis=1)
+                aside = np.linalg.norm(gap - high[:, None] * along, axis=1)
+                if ((high > -TOUCH_MM - self.left) & (high < LINE_HEIGHT_MM) & (aside < LINE_RADIUS_MM)).any():
+                    return True
+            return False
+
+        return all(is_reached(at) for at in point)
 
     def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> tuple[Array, Array]:
         """Tip and axis where a body that certainly touches on a span does so first, within ``FINE_MM``."""
