@@ -881,6 +881,31 @@ def test_a_batch_writes_what_can_run_and_tells_of_the_others(part: Path) -> None
         vp.batch([part], "verne", options, out)
     with pytest.raises(vp.UsageError, match="two programs have this name"):
         vp.batch([part, part.parent / "other" / part.name], "verne", options, part.with_name("new"))
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    for text in (stops.read_text("utf-8").replace("M0\n", ""), "G1 X\n"):  # no parts any more, or refused
+        stops.write_text(text, "utf-8")
+        for chosen in (options, options.changed(split_at_stops=False)):
+            with pytest.raises(vp.UsageError, match=r"stops\.1\.csv: may be a part of .*stops\.csv of another run"):
+                vp.batch([stops], "verne", chosen, out)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    (index := part.with_name("of") / "part.index.json").parent.mkdir()
+    index.write_text("{}", "utf-8")
+    with pytest.raises(vp.UsageError, match=r"part\.index\.json: may be a part of"):
+        vp.batch([part], "verne", options, index.parent)
+
+
+def test_a_part_takes_the_name_of_no_other_program(part: Path) -> None:
+    second = part.with_name("part.2.nc")
+    part.write_text(SHORT.replace("G1 X10", "G1 X10\nM0\nX0"), "utf-8")
+    second.write_text(SHORT, "utf-8")
+    out, whole = part.with_name("out"), vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)})
+    for given, setup in ((whole.changed(split_at_stops=True), ""), (whole, "split_at_stops = true\n")):
+        part.with_name("part.nc.toml").write_text(setup, "utf-8")
+        with pytest.raises(vp.UsageError, match=r"part\.2\.csv: a part of .*part\.csv may have this name"):
+            vp.batch([part, second], "verne", given, out)
+    part.with_name("part.nc.toml").unlink()
+    assert not out.exists()
+    assert [len(one.files) for one in vp.batch([part, second], "verne", whole, out)] == [0, 1]
 
 
 def test_a_batch_of_a_folder_is_that_of_the_command(part: Path, run: Callable[..., Any]) -> None:
