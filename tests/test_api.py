@@ -330,6 +330,12 @@ def test_a_tool_number_as_a_name_is_told_with_the_number(name: str) -> None:
         (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[Path("a")]), "fixtures: .*'G54'"),  # type: ignore[list-item]
         (lambda: vp.machined("", SHORT, nominal=b"", system="G99"), "'G99' .* or G54.1P1 to G54.1P48, or 'table'$"),
         (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[(b"", "G5")]), "system: 'G5' is not a work system"),
+        (
+            lambda: (verne := vp.load_machine("verne")).forward(
+                verne.inverse(np.zeros((2, 3)), np.eye(3)[[2, 2]], 80), 80
+            ),
+            r"^q: inverse returns \(q, ok\); pass q$",
+        ),
         (lambda: vp.Options(tools={" ": 80}), "' ' is neither the number nor the name of a tool"),
         (lambda: vp.Options(tool_shapes={"": [vp.Cylinder("cutter", 6)]}), "'' is neither the number nor the name"),
         (lambda: vp.Options(tool_shapes={"MILL": []}), 'tool_shapes: tool "MILL": expected a sequence of Cylinder'),
@@ -1006,6 +1012,8 @@ def test_the_snippets_of_the_page_run_as_pasted(
     exec("\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), {})
     said = capsys.readouterr().out
     assert (said.count("can run on VERNE"), "6 VP110 out of reach" in said, "refused" in said) == (2, True, False)
+    assert np.shape(vp.load_machine("verne").forward(([0.0] * 5, [1.0] * 5), 80.0)[0]) == (2, 3)  # a tuple of poses
+    assert "last tip: [30. 30. 50.] from G54, all True True\n" in said
     assert Path("axes-1.csv").stat().st_size > 1000
 
 
