@@ -86,6 +86,20 @@ for share in (1.0, 0.5, 0.25):
     print(share, vp.check(text, other, options).summary.time_s)
 ```
 
+**Joints of a pose, and back.** `forward` takes joints in mm and rad: the rows divided by `column.factor`. It returns
+tip and tool axis in the table frame. `inverse` turns these into joints again, with C from -180 to 180 degrees. Both
+return `ok` last: it is False where no pose or no joints were found, and values there may be NaN. Neither checks the
+travel: `check` does. Give the length of the tool in the spindle, in mm, or one for each row. With `units="drive"`, take
+`values` of the blocks of a `sink`: those are in mm and degrees.
+
+```python
+rows = vp.convert(text, "verne", options).setpoints
+joints = rows.values / [column.factor for column in machine.columns]
+tip, axis, ok = machine.forward(joints, 80.0)
+again, ok = machine.inverse(tip, axis, 80.0)
+print("last tip:", tip[-1].round(3) - [0, 0, 60], "from G54, all", ok.all(), abs(again - joints).max() < 1e-6)
+```
+
 **The moves of a program.** `read_moves` reads a program and solves nothing. Without a machine it is any interpreter.
 
 ```python
@@ -188,21 +202,36 @@ def signature_of(name: str, thing: object) -> str:
 
 
 def list_methods(thing: type) -> list[str]:
-    """The public methods and properties of a class in the order of its text, with their calls and first sentences."""
+    """The public methods and properties of a class in the order of its text, with their calls and what these mean."""
     rows = []
     for name, member in vars(thing).items():
         is_property = isinstance(member, property)
         if name.startswith("_") or not (is_property or inspect.isfunction(member)):
             continue
-        sentence = " ".join(markdown_of(member.__doc__ or "").partition("\n\n")[0].split())
+        about, _blank, more = markdown_of(member.__doc__ or "").partition("\n\n")
+        sentence = " ".join(about.split())
         if is_property:
             call = f"{name}: {spell_types(inspect.formatannotation(inspect.signature(member.fget).return_annotation))}"
         else:
             signature = inspect.signature(member)
             own = signature.replace(parameters=list(signature.parameters.values())[1:])
             call = f"{name}{spell_types(str(own))}".replace("'", "")
-        rows.append(f"- `{call}`" + (f"  \n  {sentence}" if sentence else ""))
+        rows.append("  \n  ".join(filter(None, [f"- `{call}`", sentence, *list_words(more)])))
     return ["**Methods and properties**", "", *rows, ""] if rows else []
+
+
+def list_words(sections: str) -> list[str]:
+    """What a method takes, returns and raises, one entry a word: a list in a list is none in every renderer."""
+    words: list[str] = []
+    verb: str | None = None
+    for line in sections.splitlines():
+        if line.startswith("**"):
+            verb = {"**Parameters**": "", "**Returns**": "Returns ", "**Raises**": "Raises "}.get(line)
+        elif verb is not None and line.startswith("- "):
+            words.append(f"{verb}{line[2:]}")
+        elif verb is not None and line:
+            words[-1] += f"{'' if chr(10) in words[-1] else ':'}\n{line}"
+    return words
 
 
 def spell_types(text: str) -> str:

@@ -330,6 +330,12 @@ def test_a_tool_number_as_a_name_is_told_with_the_number(name: str) -> None:
         (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[Path("a")]), "fixtures: .*'G54'"),  # type: ignore[list-item]
         (lambda: vp.machined("", SHORT, nominal=b"", system="G99"), "'G99' .* or G54.1P1 to G54.1P48, or 'table'$"),
         (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[(b"", "G5")]), "system: 'G5' is not a work system"),
+        (
+            lambda: (verne := vp.load_machine("verne")).forward(
+                verne.inverse(np.zeros((2, 3)), np.eye(3)[[2, 2]], 80), 80
+            ),
+            r"^q: inverse returns \(q, ok\); pass q$",
+        ),
         (lambda: vp.Options(tools={" ": 80}), "' ' is neither the number nor the name of a tool"),
         (lambda: vp.Options(tool_shapes={"": [vp.Cylinder("cutter", 6)]}), "'' is neither the number nor the name"),
         (lambda: vp.Options(tool_shapes={"MILL": []}), 'tool_shapes: tool "MILL": expected a sequence of Cylinder'),
@@ -881,6 +887,31 @@ def test_a_batch_writes_what_can_run_and_tells_of_the_others(part: Path) -> None
         vp.batch([part], "verne", options, out)
     with pytest.raises(vp.UsageError, match="two programs have this name"):
         vp.batch([part, part.parent / "other" / part.name], "verne", options, part.with_name("new"))
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    for text in (stops.read_text("utf-8").replace("M0\n", ""), "G1 X\n"):  # no parts any more, or refused
+        stops.write_text(text, "utf-8")
+        for chosen in (options, options.changed(split_at_stops=False)):
+            with pytest.raises(vp.UsageError, match=r"stops\.1\.csv: may be a part of .*stops\.csv of another run"):
+                vp.batch([stops], "verne", chosen, out)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    (index := part.with_name("of") / "part.index.json").parent.mkdir()
+    index.write_text("{}", "utf-8")
+    with pytest.raises(vp.UsageError, match=r"part\.index\.json: may be a part of"):
+        vp.batch([part], "verne", options, index.parent)
+
+
+def test_a_part_takes_the_name_of_no_other_program(part: Path) -> None:
+    second = part.with_name("part.2.nc")
+    part.write_text(SHORT.replace("G1 X10", "G1 X10\nM0\nX0"), "utf-8")
+    second.write_text(SHORT, "utf-8")
+    out, whole = part.with_name("out"), vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)})
+    for given, setup in ((whole.changed(split_at_stops=True), ""), (whole, "split_at_stops = true\n")):
+        part.with_name("part.nc.toml").write_text(setup, "utf-8")
+        with pytest.raises(vp.UsageError, match=r"part\.2\.csv: a part of .*part\.csv may have this name"):
+            vp.batch([part, second], "verne", given, out)
+    part.with_name("part.nc.toml").unlink()
+    assert not out.exists()
+    assert [len(one.files) for one in vp.batch([part, second], "verne", whole, out)] == [0, 1]
 
 
 def test_a_batch_of_a_folder_is_that_of_the_command(part: Path, run: Callable[..., Any]) -> None:
@@ -981,6 +1012,8 @@ def test_the_snippets_of_the_page_run_as_pasted(
     exec("\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), {})
     said = capsys.readouterr().out
     assert (said.count("can run on VERNE"), "6 VP110 out of reach" in said, "refused" in said) == (2, True, False)
+    assert np.shape(vp.load_machine("verne").forward(([0.0] * 5, [1.0] * 5), 80.0)[0]) == (2, 3)  # a tuple of poses
+    assert "last tip: [30. 30. 50.] from G54, all True True\n" in said
     assert Path("axes-1.csv").stat().st_size > 1000
 
 

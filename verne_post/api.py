@@ -63,7 +63,7 @@ from verne_post.output.findings import (
 )
 from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
-from verne_post.output.parts import find_index, name_part, open_parts
+from verne_post.output.parts import find_derived, find_index, is_derived, name_part, open_parts
 from verne_post.output.summary import format_verdict
 from verne_post.part.stl import read_stl
 from verne_post.part.verdict import Datum, Machined
@@ -578,8 +578,8 @@ def batch(
     InputError
         The machine file or the settings cannot be used.
     UsageError
-        Two programs would be written to one file, or a file is there already: rows of another run must not be taken
-        for those of this one. There is no program, or none in a folder.
+        Two programs would be written to one file, or a file is there already, be it a part or the index of parts: rows
+        of another run must not be taken for those of this one. There is no program, or none in a folder.
     """
     _check_callable(progress, "progress")
     if isinstance(programs, os.PathLike) and Path(programs).is_dir():
@@ -599,6 +599,9 @@ def batch(
     paths = [Path(name) for name, _place in found]
     targets = [None if folder is None else Path(folder, name) for name in choose_names(found, ".csv")]
     _refuse_files(targets)
+    for path, shared, output in _list_shared_names(paths, targets):
+        if _has_parts(path, options, setup, read):
+            raise UsageError("folder", f"{shared}: a part of {output} may have this name; give each its own folder")
     rows = []
     for path, target in zip(paths, targets, strict=True):
         try:
@@ -660,7 +663,26 @@ def _refuse_files(targets: Sequence[Path | None]) -> None:
         if target in known or target.exists():
             why = "two programs have this name" if target in known else "is there already; give an empty folder"
             raise UsageError("folder", f"{target}: {why}")
+        if old := find_derived(target):
+            raise UsageError("folder", f"{old[0]}: may be a part of {target} of another run; give an empty folder")
         known.add(target)
+
+
+def _list_shared_names(programs: Sequence[Path], targets: Sequence[Path | None]) -> Iterator[tuple[Path, Path, Path]]:
+    """Each program whose parts may have the name of other rows: the program, these rows, and its own."""
+    places = {target: program for program, target in zip(programs, targets, strict=True) if target is not None}
+    for target in places:
+        output = target.with_name(f"{Path(target.stem).stem}{target.suffix}")
+        if output in places and is_derived(target, output):
+            yield places[output], target, output
+
+
+def _has_parts(program: Path, options: Options | None, setup: Setup, settings: SettingsLike) -> bool:
+    """Whether a program is cut at its stops; one that cannot be used is not."""
+    try:
+        return _read_program(program, options, setup, settings)[1].split_at_stops
+    except (InputError, UsageError):
+        return False
 
 
 def _write_rows(program: Path, result: Result, target: Path | None) -> BatchRow:

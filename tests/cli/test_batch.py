@@ -167,9 +167,23 @@ def test_parts_that_are_not_made_any_more_go(folder: Path, run: Callable[..., An
     answer = run(*words)
     assert "not removed" not in answer.err
     assert set(contents("out")) == names - {"s.3.csv"}
+    for name in ("s.3.csv", "s.1.csv.bak", "s.x.csv", "t.1.csv"):
+        Path("out", name).write_text("of somebody else")
+    assert run(*words).err.count("not removed") == run(*words).err.count("out/s.3.csv: not removed: ") == 1
     Path("in/s.nc").write_text("G1 X\n")
-    assert run(*words).code == 2
-    assert set(contents("out")) == {"batch.json"}
+    Path("out/s.1.csv").write_text("of somebody else")
+    answer = run(*words)
+    assert (answer.code, answer.err.count("not removed")) == (2, 2)
+    assert all(f"out/{name}: not removed: " in answer.err for name in ("s.1.csv", "s.3.csv"))
+    assert set(contents("out")) == {"batch.json", "s.3.csv", "s.1.csv", "s.1.csv.bak", "s.x.csv", "t.1.csv"}
+
+
+def test_rows_of_another_program_are_no_unknown_part(folder: Path, run: Callable[..., Any]) -> None:
+    """p0.1.nc alone has the name of a part of p0.nc, and a record of its own."""
+    shutil.copy("in/p0.nc", "in/p0.1.nc")
+    assert run("batch", "in/p0.1.nc", "-o", "out", "-j", 1, *PLACE).code == 0
+    answer = run("batch", "in/p0.nc", "-o", "out", "-j", 1, *PLACE, "--split-at-stops")
+    assert (answer.code, "not removed" in answer.err) == (0, False)
 
 
 def test_rows_keep_no_other_name_where_a_neighbour_has_gone(folder: Path, run: Callable[..., Any]) -> None:

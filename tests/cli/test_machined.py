@@ -12,6 +12,7 @@ import pytest
 
 import verne_post as vp
 from verne_post.app.machined import report_missing_shape
+from verne_post.app.python_names import name_in_python
 from verne_post.cli.main import main
 from verne_post.config.tool_shapes import read_tool_shapes
 from verne_post.part import compare, sweep
@@ -225,6 +226,23 @@ def test_a_tool_without_a_shape_is_refused(floor, run):
     assert "VP018 error: tool 1: its shape is not known; give it with --tool-shapes" in answer.err
     assert str(report_missing_shape(100_001, 'tool "M"')).startswith('tool "M": its shape is not known; ')
     assert "tool.100001.cutter = {" in str(report_missing_shape(100_001, 'tool "M"'))
+    sizes = '[vp.Cylinder("cutter", diameter=MM, length=MM, corner_radius=MM)]'
+    with pytest.raises(vp.InputError) as caught:
+        vp.machined(
+            Path("axes.csv"),
+            Path("part.nc"),
+            "verne",
+            options().changed(tool_shapes={}),
+            nominal=Path("part.stl"),
+            setup="none",
+        )
+    for said, key in (
+        (str(caught.value), "1"),
+        (name_in_python(str(report_missing_shape(100_001, 'tool "M"'))), '"M"'),
+    ):
+        assert said.endswith(f": its shape is not known; give it as tool_shapes={{{key}: {sizes}}}")
+        given = eval(said.partition(" as tool_shapes=")[2].replace("MM", "8.0", 2).replace("MM", "1.0"))
+        assert vp.Options(tools={"M": 80, 1: 80}, tool_shapes=given).tool_shapes
     Path("shapes.toml").write_text(SHAPES.replace("diameter = 8.0", "diameter = 10.0"), encoding="utf-8")
     answer = run(*JUDGE)
     assert "its cutter among the tool shapes is 10 mm thick, but its diameter in the tool table is 8" in answer.err

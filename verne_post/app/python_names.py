@@ -102,6 +102,7 @@ _PHRASES: Final = {
         "tools of the options, or of a nearer set-up, replace all of that table"
     ),
     "give the index, as axes.index.json": "give verify their index, or a list of them",
+    "into the file of tool shapes": "into tool_shapes",
     "[keep_out.NAME]": "keep_out",
     "under [stock]": "in stock",
     "[stock]": "stock",
@@ -128,6 +129,11 @@ _DATUM: Final = re.compile(r'give it as ("[^"]*") = \[X, Y, Z\] in mm under \[he
 _NUMBER_AS_NAME: Final = re.compile(
     r"the set-up has (no tool \d++, and) (T\d++) (is the name of one; write )(\d++) in place of T\d++ there",
     re.IGNORECASE,
+)
+#: A shape that is missing, and the name of a tool that has a number only here.
+_SHAPE: Final = re.compile(
+    r"give it with --tool-shapes: tool\.(\d++)\.cutter = \{ ([^{}]*) \}"
+    r"(?:, the number of tool (\".*\") here \(number of \[tools\] in the set-up gives another\))?"
 )
 #: The last line of what is said of a line that cannot be executed.
 _SHOWS_ALL: Final = re.compile(
@@ -183,6 +189,7 @@ def _list_files(arguments: Sequence[object]) -> list[str]:
 def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
     text = _IN_FILE.sub(lambda found: f"Give {found[1] or found[2]} in wcs, or in the set-up", text)
+    text = _SHAPE.sub(_spell_shape, text)
     text = _PHRASE.sub(lambda found: _PHRASES[re.sub(r"\n +", " ", found.group())], text)
     text = _OF_CONTROL.sub(lambda found: f"{_spell_control(*found.group(1, 2, 3))}{found[4] or ''}", text)
     text = _UNDER_CONTROL.sub(lambda found: f"{_spell_control(*found.group(4, 1, 2))}{found[3]}", text)
@@ -191,6 +198,11 @@ def name_in_python(text: str) -> str:
     text = _NUMBER_AS_NAME.sub(r'there is \1 "\2" \3tools={\4: MM}', text)
     text = _COMMAND.sub(r"\1", text)
     return replace_options(_SHOWS_ALL.sub(r"\1check shows all", text), _list_names, _assign)
+
+
+def _spell_shape(found: re.Match[str]) -> str:
+    number, sizes, name = found.groups()
+    return f'give it as tool_shapes={{{name or number}: [vp.Cylinder("cutter", {sizes.replace(" = ", "=")})]}}'
 
 
 def _spell_control(control: str, key: str, value: str | None) -> str:

@@ -105,15 +105,15 @@ class Outputs(Struct, frozen=True):
         ------
         UsageError, FileError
         """
-        from verne_post.output.parts import is_derived
+        from verne_post.output.parts import find_derived
 
         origin = "" if asked else files.find_key("split_at_stops")
         why = f"split_at_stops = true ({origin})" if origin else "--split-at-stops"
         if self.rows is None:
             raise click.UsageError(f"{why} writes one file from each stop to the next; give their name: -o axes.csv")
         files.claim_parts(self.rows, "-o")
-        for path in self.rows.resolve().parent.glob("*"):
-            if path.is_dir() and is_derived(path, self.rows):
+        for path in find_derived(self.rows):
+            if path.is_dir():
                 raise click.UsageError(f"-o {self.rows}: a part may have the name of the folder {path.name}")
 
 

@@ -309,10 +309,11 @@ def _is_made(job: Job, name: str, digest: str) -> bool:
 
 def _find_unknown_files(job: Job, record: Record | None, made: Collection[str]) -> tuple[str, ...]:
     """Files that bear names of this program's results, and are none."""
-    from verne_post.output.parts import index_path
+    from verne_post.output.parts import find_derived
 
-    index = [index_path(job.output)] if job.options.split_at_stops else []
-    paths = {job.output, job.side_car, *index, *(job.root / name for name in (record.files if record else ()))}
+    parts = find_derived(job.output) if job.options.split_at_stops else []
+    own = [path for path in parts if not replace(job, place=path.relative_to(job.root)).record.exists()]
+    paths = {job.output, job.side_car, *own, *(job.root / name for name in (record.files if record else ()))}
     return tuple(sorted(str(path) for path in paths - {job.root / name for name in made} if os.path.lexists(path)))
 
 

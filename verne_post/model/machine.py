@@ -418,5 +418,29 @@ class Machine:
         return self.five_axis.inverse(tip, axis, tool_length)
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
-        """Pose of joint values: ``(tip, axis, ok)``, shapes and frames as in :meth:`inverse`."""
+        """Poses of joint values.
+
+        Parameters
+        ----------
+        q : ndarray, shape (..., n_joints)
+            mm and rad, in the order of ``columns``: rows in mm and degrees divided by ``column.factor`` of each.
+        tool_length : ndarray, shape (...) or float
+            Gauge line to tip, mm.
+
+        Returns
+        -------
+        tip : ndarray, shape (..., 3)
+            Tool tip in the table frame, mm; NaN where ``ok`` is False.
+        axis : ndarray, shape (..., 3)
+            Unit tool axis in the table frame, from tip to spindle.
+        ok : ndarray of bool, shape (...)
+            True where the joints close to a pose in the working mode; travel is not checked here.
+
+        Raises
+        ------
+        UsageError
+            ``q`` is the whole answer of :meth:`inverse`.
+        """
+        if isinstance(q, tuple) and len(q) == 2 and np.asarray(q[1]).dtype.kind == "b":
+            raise UsageError("q", "inverse returns (q, ok); pass q")
         return self.five_axis.forward(q, tool_length)

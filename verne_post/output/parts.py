@@ -118,6 +118,13 @@ def is_derived(path: Path, output: Path) -> bool:
     return re.fullmatch(rf"{stem}\.(?:index\.json|[0-9]+{suffix})", path.name) is not None
 
 
+def find_derived(output: Path) -> list[Path]:
+    """What is there with a name that a part, or the index, of ``output`` may have."""
+    names = os.listdir(output.parent) if output.parent.is_dir() else []
+    near = [output.with_name(name) for name in sorted(names) if name.startswith(f"{output.stem}.")]
+    return [path for path in near if is_derived(path, output)]
+
+
 def _read_index(index_file: Path) -> dict[str, Any]:
     """An index, whose parts have names of files.
 
