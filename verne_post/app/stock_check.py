@@ -24,7 +24,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import MoveKind, find_tool_of_moves
+from verne_post.model.moves import ZERO9, Frame, MoveKind, find_tool_of_moves
 from verne_post.model.part_setup import (
     TOOL_PARTS,
     WORK_SYSTEMS,
@@ -236,12 +236,14 @@ def _report_tools_in_air(
     """VP505 of each tool that cuts nothing of the stock, in a work system in which another tool does.
 
     A tool without a diameter is none that cuts, as a probe; nor is one whose spindle is never started. In a work system
-    of its own a tool may cut another part.
+    of its own, or shifted, a tool may cut another part.
     """
     path, moves, tool = program.path, program.moves, keep_out.moving.tool
     starts = [one.before for one in moves.events if one.kind == "spindle" and one.data["direction"] != "stop"]
     started_tools = set(find_tool_of_moves(np.array(starts, dtype=np.int64), 0, moves).tolist())
-    systems = np.array([frame.system for frame in moves.frames])[moves.frame]
+    numbers = dict[Frame, int]()  # G52, TRANS and cycle 7 make other places of a system
+    places = [numbers.setdefault(replace(frame, tool=ZERO9), len(numbers)) for frame in moves.frames]
+    systems = np.array(places)[moves.frame]
     cut_systems = set(systems[path.move[rows[gaps <= NEAR_STOCK_MM]]].tolist())
     for k in np.flatnonzero((gaps > NEAR_STOCK_MM) & np.isfinite(gaps)).tolist():
         cuts = np.flatnonzero((tool == k) & (path.feed_time > 0) & (path.move >= 0))
