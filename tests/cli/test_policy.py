@@ -1,6 +1,7 @@
 """Which findings count: codes, severities, baselines; from options, the environment and files, in that order."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -80,6 +81,12 @@ def test_every_format_says_how_many_findings_do_not_count(
     said = "Not counted: 1 finding ignored"
     assert said not in run(*warned, "--output-format", name).out
     assert run(*warned, "--ignore", "VP202", "--output-format", name).out.count(said) == 1
+    # of several programs it is the sum; JUnit has a test case for each
+    shutil.copy(warned[1], "again.nc")
+    told = run(*warned, "again.nc", "--ignore", "VP202", "--output-format", name).out
+    assert told.count(said) == (2 if name == "junit" else 0)
+    assert told.count("Not counted: 2 findings ignored") == (0 if name == "junit" else 1)
+    assert "Not counted" not in run(*warned, "again.nc", "--ignore", "VP202", "-q").out
 
 
 def test_json_has_the_numbers_of_findings_that_do_not_count(job: tuple[Any, ...], run: Callable[..., Any]) -> None:

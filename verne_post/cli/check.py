@@ -267,9 +267,8 @@ def _check_one(
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":
     """A report that prints no notes and remarks, and warnings only if they are asked for. It counts them all."""
     kept = ("error", "warning") if warnings else ("error",)
-    return replace(
-        report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=(), called=(), uncertain=()
-    )
+    shown = tuple(one for one in report.findings if one.severity in kept)
+    return replace(report, shown=shown, remarks=(), called=(), uncertain=(), ignored=0, known=0)
 
 
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:
