@@ -1,6 +1,7 @@
 """Which findings count: codes, severities, baselines; from options, the environment and files, in that order."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -80,6 +81,64 @@ def test_every_format_says_how_many_findings_do_not_count(
     said = "Not counted: 1 finding ignored"
     assert said not in run(*warned, "--output-format", name).out
     assert run(*warned, "--ignore", "VP202", "--output-format", name).out.count(said) == 1
+    # of several programs it is the sum; JUnit has a test case for each
+    shutil.copy(warned[1], "again.nc")
+    told = run(*warned, "again.nc", "--ignore", "VP202", "--output-format", name).out
+    assert told.count(said) == (2 if name == "junit" else 0)
+    assert told.count("Not counted: 2 findings ignored") == (0 if name == "junit" else 1)
+    assert "Not counted" not in run(*warned, "again.nc", "--ignore", "VP202", "-q").out
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A program, and a subprogram that no program of the folder calls."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "p" / "lib").mkdir(parents=True)
+    (tmp_path / "p" / "a.nc").write_text("G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 Z20 F2000\nM2\n")
+    (tmp_path / "p" / "lib" / "O1234.nc").write_text("O1234\nG91 G1 X5\nG90\nM99\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("words", "settings"),
+    [
+        (("--exclude", "lib"), ""),
+        (("--exclude", "lib/*.nc"), ""),
+        (("--exclude", "**/O*.nc"), ""),
+        ((), 'exclude = ["p/lib"]'),  # from the folder of the settings file
+    ],
+)
+def test_excluded_files_refuse_nothing(
+    folder: Path, run: Callable[..., Any], words: tuple[str, ...], settings: str
+) -> None:
+    options = ("--tool-length", "60", "--wcs", "G54=0,0,20", "--limits-only")
+    assert run("check", "p", *options).code == 2
+    Path("verne-post.toml").write_text(f"[check]\n{settings}\n")
+    answer = run("check", "p", *options, *words)
+    assert answer.code == 0
+    assert answer.out.endswith("not checked: 1 file excluded\n")
+    assert "matches no file" not in answer.err
+    # a file that is named is checked all the same
+    named = ("check", "p/lib/O1234.nc", *options, *(("--exclude", "p/lib") if words else ()))
+    assert run(*named).code == 2
+
+
+def test_patterns_that_exclude_nothing_or_all_are_named(folder: Path, run: Callable[..., Any]) -> None:
+    Path("verne-post.toml").write_text('[check]\nexclude = ["old"]\n')
+    answer = run("check", "p/a.nc", "--exclude", "none", "--limits-only")
+    assert "--exclude none: matches no file\n" in answer.err
+    assert "verne-post.toml: check.exclude old: matches no file\n" in answer.err
+    for command in (("check",), ("batch", "-o", "out")):
+        answer = run(*command, "p", "--exclude", "*")
+        assert answer.code == 2
+        assert "every program is excluded, by --exclude *" in answer.err
+
+
+def test_batch_leaves_excluded_files_out(folder: Path, run: Callable[..., Any]) -> None:
+    answer = run("batch", "p", "-o", "out", "-j", "1", "--tool-length", "60", "--wcs", "G54=0,0,20", "--exclude", "lib")
+    assert answer.code == 0
+    assert "not checked: 1 file excluded\n" in answer.err
+    assert [one.name for one in Path("out").rglob("*.csv")] == ["a.csv"]
 
 
 def test_json_has_the_numbers_of_findings_that_do_not_count(job: tuple[Any, ...], run: Callable[..., Any]) -> None:

@@ -33,16 +33,38 @@ def files_of(text: str) -> set[str | None]:
     return {None if one is None else one[1] for one in found}
 
 
-def test_annotations_count_from_the_root_of_the_repository(repository: Path, run: Callable[..., Any]) -> None:
-    for name in ("far.nc", "./far.nc", repository / "far.nc"):
-        assert files_of(run("check", name, *PLACE, "--output-format", "github").out) == {"programs/far.nc", None}
+def results_of(text: str) -> set[tuple[str, str]]:
+    """The address and the fingerprint of each result."""
+    return {
+        (
+            item["locations"][0]["physicalLocation"]["artifactLocation"]["uri"],
+            item["partialFingerprints"]["primaryLocationLineHash"],
+        )
+        for item in json.loads(text)["runs"][0]["results"]
+    }
 
 
-def test_annotations_count_from_the_workspace_of_the_runner(
+def test_paths_count_from_the_root_of_the_repository(
     repository: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    found = set[tuple[str, str]]()
+    for folder, name in ((".", "far.nc"), (".", "./far.nc"), (".", repository / "far.nc"), ("..", "programs/far.nc")):
+        monkeypatch.chdir(repository / folder)
+        assert files_of(run("check", name, *PLACE, "--output-format", "github").out) == {"programs/far.nc", None}
+        found |= results_of(run("check", name, *PLACE, "--output-format", "sarif").out)
+    ((uri, _fingerprint),) = found  # the same alert, from whichever folder
+    assert uri == "programs/far.nc"
+
+
+def test_paths_count_from_the_workspace_of_the_runner(
+    repository: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outside = results_of(run("check", "far.nc", *PLACE, "--output-format", "sarif").out)
     monkeypatch.setenv("GITHUB_WORKSPACE", str(repository))
     assert files_of(run("check", "far.nc", *PLACE, "--output-format", "github").out) == {"far.nc", None}
+    inside = results_of(run("check", "far.nc", *PLACE, "--output-format", "sarif").out)
+    assert {uri for uri, _fingerprint in inside} == {"far.nc"}
+    assert not {one for _uri, one in inside} & {one for _uri, one in outside}
 
 
 def test_annotations_of_standard_input_name_no_file(repository: Path, run: Callable[..., Any]) -> None:
@@ -55,7 +77,7 @@ def test_sarif_has_a_relative_uri_a_region_and_the_hash_of_the_line(repository: 
     out = run("check", repository / "far.nc", "none.nc", *PLACE, "--output-format", "sarif").out
     results = json.loads(out)["runs"][0]["results"]
     places = [item["locations"][0]["physicalLocation"] for item in results]
-    assert {place["artifactLocation"]["uri"] for place in places} == {"far.nc", "none.nc"}
+    assert {place["artifactLocation"]["uri"] for place in places} == {"programs/far.nc", "programs/none.nc"}
     assert all(place["region"]["startLine"] >= 1 for place in places)
     assert all(
         re.fullmatch(r"[0-9a-f]+:\d+", item["partialFingerprints"]["primaryLocationLineHash"]) for item in results

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from msgspec.structs import replace
 
 from verne_post.app.program_folders import choose_names, name_rows
 from verne_post.base.numbers import is_count
@@ -27,7 +28,7 @@ from verne_post.cli.options import (
     find_settings,
 )
 from verne_post.cli.pictures import require_package
-from verne_post.cli.programs import find_programs, name_passed_over
+from verne_post.cli.programs import add_exclude_option, drop_excluded, find_programs, name_passed_over
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, report_failure, take_report_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
@@ -38,6 +39,7 @@ from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
     from verne_post.cli.jobs import Job, Outcome
+    from verne_post.config.settings import Settings
     from verne_post.model.findings import Finding
     from verne_post.model.machine import Machine
     from verne_post.output.findings import Report
@@ -63,6 +65,7 @@ if TYPE_CHECKING:
 )
 @click.option("--shard", metavar="I/N", help="Convert only the I-th of N equal shares, for CI matrices.")
 @add_report_files
+@add_exclude_option
 @click.option("--github", is_flag=True, help="Print the findings as annotations of a GitHub workflow too.")
 @quiet_option
 @format_option
@@ -74,6 +77,7 @@ def command(
     jobs: int | None,
     scheduler: str,
     shard: str | None,
+    exclude: tuple[str, ...],
     github: bool,
     quiet: bool,
     file_format: str,
@@ -92,6 +96,10 @@ def command(
     from verne_post.model.findings import InputError
 
     files = RunFiles()
+
+    def find_own_settings(name: str) -> "Settings | None":
+        return find_settings(files, given.get("settings"), name)
+
     if github or not quiet:
         files.claim_output("--github" if github else "the table of results (none with --quiet)")
     if any(map(is_dash, inputs)):
@@ -109,6 +117,7 @@ def command(
             output,
             may_lack=output.exists(),  # old rows of what is gone must go
         )
+        programs, excluded = drop_excluded(programs, named, inputs, exclude, find_own_settings)
         names = [name for name, _place in programs] or [""]
         expect_options(files, names, given)
         machines = load_machines(files, names, given)
@@ -158,7 +167,7 @@ def command(
     }
 
     def drop(reports: Mapping[str, Report]) -> dict[str, Report]:
-        return drop_called(reports, named, lambda name: find_settings(files, given.get("settings"), name))
+        return drop_called(reports, named, find_own_settings)
 
     kept, away = drop(made), list[Report]()
     if any(one.status and one.program in kept and one.program in callers for one in outcomes):
@@ -171,6 +180,8 @@ def command(
         }
         kept = drop(made | told)
         away = [kept.pop(name) for name in told]
+    if kept:
+        kept |= {name: replace(one, excluded=excluded) for name, one in list(kept.items())[:1]}
     reports, outcomes = list(kept.values()), [one for one in outcomes if one.program in kept]
     for report in drop_repeated(reports):
         if report.findings:

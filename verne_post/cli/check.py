@@ -33,7 +33,7 @@ from verne_post.cli.options import (
     find_given_run,
     find_settings,
 )
-from verne_post.cli.programs import find_programs, find_readers, name_passed_over
+from verne_post.cli.programs import add_exclude_option, drop_excluded, find_programs, find_readers, name_passed_over
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, report_failure, take_report_files, write_report_files
 from verne_post.cli.streams import print_as_is
@@ -98,6 +98,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     help="Lowest severity that makes exit status 1; default: error.",
 )
 @add_policy_options
+@add_exclude_option
 @click.option("--write-baseline", type=FILE, metavar="FILE", help="Write the current findings as a baseline.")
 @click.option(
     "--changed",
@@ -120,6 +121,7 @@ def command(
     output_file: Path | None,
     fail_level: "Severity | None",
     exit_zero: bool,
+    exclude: tuple[str, ...],
     write_baseline: Path | None,
     changed: bool,
     limits_only: bool,
@@ -143,15 +145,17 @@ def command(
     """
     from verne_post.model.findings import InputError
 
+    def find_own_settings(name: str) -> "Settings | None":
+        return find_settings(files, given.get("settings"), name)
+
     own = {name.removesuffix(".toml") for name in inputs} if changed else set()
     if changed and not (inputs := find_readers(inputs)):
         return ExitStatus.CLEAN
     files = RunFiles()
-    programs, lacking = [], None
+    found, programs, lacking = list[tuple[str, Path]](), list[str](), None
     named = set[str]()
     try:
         found, named = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=True)
-        programs = [name for name, _place in found]
     except click.UsageError as error:  # every report that is asked for says it
         lacking = error
     output_file = None if is_dash(output_file) else output_file
@@ -164,11 +168,14 @@ def command(
     try:
         if lacking is not None:
             raise lacking
+        found, excluded = drop_excluded(
+            found, () if changed else named, inputs, exclude, find_own_settings, may_lack=changed
+        )
+        if not found:
+            return ExitStatus.CLEAN
+        programs = [name for name, _place in found]
         expect_options(files, programs, given)
-        policies = {
-            name: make_policy(files, find_settings(files, given.get("settings"), name), fail_level, **asked)
-            for name in programs
-        }
+        policies = {name: make_policy(files, find_own_settings(name), fail_level, **asked) for name in programs}
         machines = load_machines(files, programs, given)
         machine = machines[programs[0]]
     except InputError as error:
@@ -197,11 +204,10 @@ def command(
     if not quiet:
         say("".join(f"{note}\n" for note in dict.fromkeys(policy.note for policy, _level in policies.values()) if note))
     counted = {name: apply_policy(report, policies[name][0]) for name, report in made.items()}
-    kept = drop_called(
-        counted, () if changed else named, lambda name: find_settings(files, given.get("settings"), name)
-    )
+    kept = drop_called(counted, () if changed else named, find_own_settings)
     everything, statuses = [made[name] for name in kept], []
     reports = list(kept.values())
+    reports[0] = replace(reports[0], excluded=excluded)
     for report in reports:
         status = find_exit_status(report.findings, report.fail_level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
@@ -267,9 +273,8 @@ def _check_one(
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":
     """A report that prints no notes and remarks, and warnings only if they are asked for. It counts them all."""
     kept = ("error", "warning") if warnings else ("error",)
-    return replace(
-        report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=(), called=(), uncertain=()
-    )
+    shown = tuple(one for one in report.findings if one.severity in kept)
+    return replace(report, shown=shown, remarks=(), called=(), uncertain=(), excluded=0, ignored=0, known=0)
 
 
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:

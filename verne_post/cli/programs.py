@@ -3,14 +3,19 @@
 import glob
 import os
 import subprocess
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from verne_post.app.program_folders import PROGRAMS, describe_lack, describe_passed_over, find_programs_inside
 from verne_post.base.printable import make_printable
 from verne_post.cli.files import DASH, Unreadable, is_dash
+from verne_post.cli.streams import echo
+
+if TYPE_CHECKING:
+    from verne_post.config.settings import Settings
 
 
 def find_programs(
@@ -81,6 +86,64 @@ def name_passed_over(inputs: Sequence[str], done: str, called: Iterable[str], bu
     folders = [Path(name) for name in inputs if not is_dash(name) and Path(name).is_dir()]
     passed = describe_passed_over(folders, but_in, {Path(name).name for name in called})
     return f"{make_printable(f'not {done}: {passed}')}\n" if passed else ""
+
+
+def add_exclude_option(command: "Callable[..., Any]") -> "Callable[..., Any]":
+    """The option that leaves programs of folders out."""
+    return click.option(
+        "--exclude",
+        multiple=True,
+        metavar="PATTERN",
+        help="Leave out files of DIR that PATTERN matches, such as lib or **/sub*.nc; they are read where they are "
+        "called. Repeatable.",
+    )(command)
+
+
+def drop_excluded(
+    found: Sequence[tuple[str, Path]],
+    named: Container[str],
+    inputs: Sequence[str],
+    patterns: Sequence[str],
+    find_settings: "Callable[[str], Settings | None]",
+    *,
+    may_lack: bool = False,
+) -> tuple[list[tuple[str, Path]], int]:
+    """The programs without those that patterns exclude, and how many these are.
+
+    Patterns of the command line count from each folder that is given, or else from the current one; those of a
+    settings file from its folder. A folder that matches excludes what is in it. Those ``named`` stay. A pattern that
+    matches nothing is named on standard error.
+
+    Raises
+    ------
+    UsageError
+        Where no program is left, unless they ``may_lack``.
+    """
+    roots = {Path(name) if not is_dash(name) and Path(name).is_dir() else Path() for name in inputs}
+    asked = {(f"--exclude {pattern}", pattern): roots for pattern in patterns}
+    for name, _place in found:
+        if (settings := find_settings(name)) is not None:
+            key = f"{settings.shown}: check.exclude"
+            asked |= {(f"{key} {pattern}", pattern): {settings.folder} for pattern in settings.check.exclude}
+    excluded = set[Path]()
+    for (source, pattern), folders in asked.items():
+        matches = {
+            Path(os.path.realpath(folder / one))
+            for folder in folders
+            for one in glob.iglob(pattern, root_dir=folder, recursive=True)
+        }
+        if not matches:
+            echo(make_printable(f"{source}: matches no file"), err=True)
+        excluded |= matches
+
+    def is_excluded(name: str) -> bool:
+        path = Path(os.path.realpath(name))
+        return name not in named and not excluded.isdisjoint((path, *path.parents))
+
+    kept = [(name, place) for name, place in found if is_dash(name) or not is_excluded(name)]
+    if found and not kept and not may_lack:
+        raise click.UsageError(f"every program is excluded, by {', '.join(source for source, _pattern in asked)}")
+    return kept, len(found) - len(kept)
 
 
 def is_setup(path: Path) -> bool:

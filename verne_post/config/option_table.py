@@ -24,6 +24,9 @@ class CheckFile(Table, frozen=True, kw_only=True):
         default_factory=dict
     )
     fail_level: Annotated[Literal["error", "warning"] | None, "warning: warnings too give exit status 1"] = None
+    exclude: Annotated[
+        list[str], "patterns of programs that are not checked alone, in the folder of the settings file"
+    ] = field(default_factory=list)
     baseline: Annotated[str | None, "file of findings that are accepted, in the folder of the settings file"] = None
 
 

@@ -51,6 +51,7 @@ class Report(Struct, frozen=True):
     fail_level: Severity = "error"  #: Findings of this severity and graver ones refuse the program.
     run: Run = Run()  #: What commands that help with it repeat of this run.
     called: tuple[str, ...] = ()  #: Files that are checked where it calls them, and not alone.
+    excluded: int = 0  #: Files that patterns leave out of the run, beside its first program.
     uncertain: tuple[str, ...] = ()  #: Files that are refused alone, and that it may call when it is corrected.
 
     @property
@@ -115,7 +116,7 @@ def describe_not_counted(reports: Sequence[Report]) -> list[str]:
 
 
 def describe_called(reports: Sequence[Report]) -> list[str]:
-    """Lines that name the files which were checked only where programs call them, and those that may be called so."""
+    """Lines that name the files which were checked only where programs call them, may be called so, or are excluded."""
     named = [f"{', '.join(report.called)}, called by {report.program}" for report in reports if report.called]
     lines = [f"not checked alone: {'; '.join(named)}"] if named else []
     lines += [
@@ -123,6 +124,8 @@ def describe_called(reports: Sequence[Report]) -> list[str]:
         for one in reports
         if one.uncertain
     ]
+    if count := sum(one.excluded for one in reports):
+        lines.append(f"not checked: {format_count(count, 'file')} excluded")
     return [make_printable(line) for line in lines]
 
 

@@ -18,7 +18,7 @@ from verne_post.base.printable import format_json, make_printable
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, make_input_error
 from verne_post.model.verdict import NOT_PLANNED, Severity, is_deniable, may_be_denied
-from verne_post.output.findings import Report, describe_not_counted
+from verne_post.output.findings import Report
 
 #: Codes of errors that are warnings in some cases.
 _ALSO_WARNINGS: Final = ("VP009",)
@@ -62,7 +62,7 @@ def _has_warnings(code: str) -> bool:
 
 
 def apply_policy(report: Report, policy: Policy) -> Report:
-    """Keep the findings that count, with the severity of the policy; a remark says how many do not."""
+    """Keep the findings that count, with the severity of the policy, and count those that do not."""
     counts: Counter[str] = Counter()
     kept, ignored, known, hidden = [], 0, 0, 0
     find_name = _make_naming(policy.folder)
@@ -79,8 +79,7 @@ def apply_policy(report: Report, policy: Policy) -> Report:
             severity = _choose_severity(item, policy)
             kept.append(dataclasses.replace(item, severity=severity))
         hidden += item.severity == "error" != severity
-    counted = replace(report, findings=tuple(kept), ignored=ignored, known=known, errors_not_counted=hidden)
-    return replace(counted, remarks=(*report.remarks, *describe_not_counted([counted])))
+    return replace(report, findings=tuple(kept), ignored=ignored, known=known, errors_not_counted=hidden)
 
 
 def _choose_severity(item: Finding, policy: Policy) -> Severity:
@@ -100,7 +99,7 @@ def make_fingerprint(
 
     line = take_line(report.source, item.line) if item.line else None
     text = b"".join((line or b"").split())
-    # without another name, the program as it was named: its address in results depends on the current folder
+    # without another name, the program as it was named: so older baselines have it
     program = item.file or report.program
     name = quote(os.fsencode(PurePath(find_name(program) if find_name else program).as_posix()))
     parts = (name, item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
@@ -110,11 +109,28 @@ def make_fingerprint(
 
 
 def make_uri(program: str) -> str:
-    """A path as a URI: relative to the current folder where the file lies in it, else with the scheme file."""
-    path = PurePath(program)
-    if path.is_absolute() and path.is_relative_to(Path.cwd()):
-        path = path.relative_to(Path.cwd())
+    """A path as a URI: relative to the root of the repository where the file lies in it, else with the scheme file."""
+    path = PurePath(find_path_in_repository(program))
     return path.as_uri() if path.is_absolute() else quote(os.fsencode(path.as_posix()))
+
+
+def find_path_in_repository(program: str) -> str:
+    """The path of a program from ``GITHUB_WORKSPACE``, the root of its repository or the current folder.
+
+    The first of them in which it lies counts; standard input and a file outside all of them keep their name.
+    """
+    return _find_path_in_repository(program, Path.cwd(), os.environ.get("GITHUB_WORKSPACE"))
+
+
+@functools.lru_cache(maxsize=1024)  # results of one program share it
+def _find_path_in_repository(program: str, current: Path, workspace: str | None) -> str:
+    if program == "<stdin>":
+        return program
+    path = (current / program).resolve()
+    roots = [Path(workspace).resolve()] if workspace else []
+    roots += [folder for folder in path.parents if (folder / ".git").exists()][:1]
+    root = next((folder for folder in (*roots, current.resolve()) if path.is_relative_to(folder)), None)
+    return program if root is None else path.relative_to(root).as_posix()
 
 
 #: Layouts of a baseline: the programs as they were named, and their paths from a folder that it names.

@@ -1,9 +1,7 @@
 """Findings as annotations of GitHub's workflow commands: they stand beside the line in a pull request."""
 
-import os
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final
 
 from verne_post.base.numbers import format_count
@@ -14,6 +12,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
 from verne_post.output.causes import Cause, find_causes
 from verne_post.output.findings import Report, drop_repeated, find_place, format_outcome, list_remedies, list_unchecked
+from verne_post.output.policy import find_path_in_repository
 
 #: Annotations of each level that GitHub shows for one step.
 MAX_ANNOTATIONS: Final = 10
@@ -57,7 +56,7 @@ def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) 
 def _write_annotation(report: Report, cause: Cause) -> str:
     item, others = cause.first, cause.describe_others()
     file, line = find_place(report.program, item)
-    where = [] if file == "<stdin>" else [f"file={_escape_property(_find_path_in_repository(file))}"]
+    where = [] if file == "<stdin>" else [f"file={_escape_property(find_path_in_repository(file))}"]
     if line and where:
         where.append(f"line={line}")
         if item.last_line is not None and item.last_line > line and not item.lines:
@@ -76,16 +75,6 @@ def _write_annotation(report: Report, cause: Cause) -> str:
     stretch += "" if measured or item.count < 2 else f", {item.count} times"
     text = "\n".join([item.full_message, *([stretch] if spread else []), *also, *remedies])
     return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(text)}"
-
-
-def _find_path_in_repository(program: str) -> str:
-    """The path of a program from the root of its repository, which is what annotations count from."""
-    path = Path(program).resolve()
-    workspace = os.environ.get("GITHUB_WORKSPACE")
-    roots = [Path(workspace).resolve()] if workspace else []
-    roots += [folder for folder in path.parents if (folder / ".git").exists()][:1]
-    root = next((folder for folder in roots if path.is_relative_to(folder)), None)
-    return program if root is None else path.relative_to(root).as_posix()
 
 
 def _escape_data(text: str) -> str:

@@ -13,7 +13,7 @@ from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.causes import Cause, describe_other, find_causes
 from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies, list_unchecked, locate_call
-from verne_post.output.policy import make_fingerprint, make_uri
+from verne_post.output.policy import find_path_in_repository, make_fingerprint, make_uri
 
 #: Code hosts read no more results of a run.
 MAX_RESULTS: Final = 5_000
@@ -101,7 +101,7 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
         file, line, column = locate_call(report.program, item.called)
         there = replace(item, file=file, file_line=line, file_column=column, last_line=None, called=None)
         related.append({**_make_location(report.program, there), "message": {"text": "it stands here"}})
-    fingerprint = make_fingerprint(report, item, seen)
+    fingerprint = make_fingerprint(report, item, seen, find_path_in_repository)
     properties = {name: getattr(item, name) for name in ("axis", "value", "limit", "unit", "count", "worst_line")}
     properties["plane"] = item.plane and item.plane._asdict()
     return {

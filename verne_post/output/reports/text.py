@@ -8,7 +8,14 @@ from typing import Final
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
-from verne_post.output.findings import Report, describe_called, format_causes, format_finding, format_outcome
+from verne_post.output.findings import (
+    Report,
+    describe_called,
+    describe_not_counted,
+    format_causes,
+    format_finding,
+    format_outcome,
+)
 
 #: Notes about the control, whose text is long: the first program of a run has it whole.
 _OF_THE_CONTROL: Final = ("VP047",)
@@ -17,7 +24,7 @@ _OF_THE_CONTROL: Final = ("VP047",)
 def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """One line a cause, errors in the text with the line that they stand in; then one line a program.
 
-    Remarks that several programs share are at the end, once.
+    Remarks that several programs share are at the end, once, and how many findings of all do not count.
     """
     lines = []
     counts = Counter(remark for report in reports for remark in dict.fromkeys(report.remarks))
@@ -40,4 +47,4 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     for remark in shared:
         key, _colon, text = remark.partition(": ")
         lines.append(make_printable(f"{key} in {format_count(counts[remark], 'program')}: {text}"))
-    return "".join(line + "\n" for line in lines + describe_called(reports))
+    return "".join(line + "\n" for line in lines + describe_called(reports) + describe_not_counted(reports))
