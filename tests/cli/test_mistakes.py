@@ -69,7 +69,7 @@ G54 = [0, 0, 20]
 
 [stock]
 min = [-30, -30, 0]
-max = [{high}, 30, 68]
+max = [{high}, 30, 69.5]
 
 [keep_out.vise]
 min = [-330, -30, 0]
