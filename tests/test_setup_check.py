@@ -1605,6 +1605,23 @@ def test_a_siemens_program_is_told_in_its_own_words(offset, code, said):
         ("siemens", "G1 X5 F0.4", 6, "if mm a turn were meant, write G95 before"),
         ("heidenhain", "L X+5 R0 F400 M136", 5, "M136 of line 5 is active: if mm/min were meant, write M137 in"),
         ("fanuc", "G95 G1 X5. F9.\nG94 X9. F20000.", None, ""),
+        # no joint goes so fast; the way down to where a hole ends so far may have any feed rate
+        (
+            "rs274",
+            "G81 X5 Z70 R75 F90000\nG80",
+            6,
+            "drilling cycle, 100 mm a turn, and the joints of the machine",
+        ),
+        ("siemens", "F90000\nCYCLE81(80,75,1,70)", 7, "is a digit too many?"),
+        ("rs274", "G81 X5 Z70 R75 F1900\nG80\nG1 Z70 F90000\nG0 Z80", None, ""),
+        ("rs274", "M5\nG81 X5 Z70 R75 F90000\nG80", None, ""),
+        (
+            "heidenhain",
+            "CYCL DEF 205 HOLE Q200=2 Q201=-9 Q206=90 Q202=3 Q203=75 Q204=2 Q212=0 Q205=1 Q258=1 Q259=1 Q257=0 Q256=1 "
+            "Q211=0 Q379=3 Q253=90000\nL X+0 FMAX M99",
+            None,
+            "",
+        ),
         ("fanuc", "G1 X5. F1.5\nG95 G0 X9.", None, ""),
     ],
 )

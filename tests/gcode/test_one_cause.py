@@ -509,6 +509,16 @@ HEAD_S = "N10 G90 G17 G71 G94\nT1 D1\nM6\nS900 M3\nG54\n"
             2,
             "MILL?",
         ),
+        # cycle 206 lacked the S of a TOOL CALL whose tool has no length, and Q108 and Q114 had no value
+        (
+            "heidenhain",
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S600 F800\nTOOL CALL 4 Z S600 F800\nQ1 = Q108 + Q114\n"
+            "L X0 Y0 Z60 A0 C0 FMAX M3\nCYCL DEF 206 TAPPING Q200=2 Q201=-5 Q206=AUTO Q211=0 Q203=0 Q204=9\n"
+            "CYCL CALL\nTOOL CALL 1 Z S600\nM30\n",
+            "VP012",
+            3,
+            "tool 4: no entry",
+        ),
         # the move lacked the feed rate of the misspelt statement
         (
             "aptcl",

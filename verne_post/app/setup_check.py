@@ -13,6 +13,7 @@ from verne_post.app.axis_check import check_axes, check_normals, check_rotary_wo
 from verne_post.app.block_end_check import check_block_ends
 from verne_post.app.diameter_check import check_diameters
 from verne_post.app.height_check import check_heights
+from verne_post.app.hole_feed_check import check_hole_feeds
 from verne_post.app.length_check import check_lengths
 from verne_post.app.pitch_check import check_pitches
 from verne_post.app.point_check import check_points
@@ -163,6 +164,7 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
         # twice in turn: the numbers of all cuts would need as much memory as a column
         *_check_feeds(moves, _iterate_cuts(path, from_move)),
         *_check_slow_feed(moves, _iterate_cuts(path, from_move)),
+        *check_hole_feeds(moves, path, machine, from_move),
         *_find_idle_tolerances(moves, path, options),
         *_check_directions(moves, path, machine),
         *(planes or report_left_planes(moves, machine.coordinates)),

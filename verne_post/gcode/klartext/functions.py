@@ -163,6 +163,12 @@ class KlartextFunctions:
         self.contour.paths.note_length(length_before)
         self._show_tool()
 
+    def hide_tool(self) -> None:
+        """After a refused TOOL CALL: what reads Q108 and Q114 only follows from that, and the tool before is gone."""
+        for number in (108, 114):
+            self.q.control_values.pop(number, None)
+            self.q.refuse(f"Q{number}")
+
     def _show_tool(self) -> None:
         """Q108, Q109 and Q114: radius, axis and length of the tool."""
         state = self.state
@@ -172,6 +178,7 @@ class KlartextFunctions:
             self.q.control_values[108] = 0.5 * tool.diameter + self.contour.delta_radius
         else:  # not that of the tool before
             self.q.control_values.pop(108, None)
+            self.q.refused_names.discard("Q108")
         self.q.control_values |= {109: 2.0, 114: state.frame.tool_length}
 
     def define_tool(self, statement: Statement) -> None:

@@ -22,6 +22,7 @@ from verne_post.gcode.machining.assumptions import (
     assume_length,
     assume_loaded_tool,
     assume_rigid_tapping,
+    assume_speed,
     assume_tools,
     drop_compensation,
     name_axis,
@@ -46,6 +47,8 @@ _SETS: Final = re.compile(r"(?<!\w)(Q[LR]?\d{1,4})[ \t]*=", re.IGNORECASE)
 _TCP: Final = re.compile(r"(?<!\w)(?:TC[PM]{2}|[NJK]128)(?!\w)", re.IGNORECASE)
 #: A feed rate that holds on.
 _FEED: Final = re.compile(r"(?<!\w)F[UZ]?[ \t]*(?:[\d.,]|Q|AUTO)", re.IGNORECASE)
+#: A spindle speed.
+_SPEED: Final = re.compile(r"(?<!\w)S[ \t]*[\d.,Q]", re.IGNORECASE)
 #: Errors that positions lead to, and poles.
 _OF_POSITIONS: Final = ("VP008", "VP013")
 
@@ -119,8 +122,11 @@ class KlartextRecovery:
             if (joined_number := re.match(r"[ \t]*(\d{1,5})[A-Z]", statement.rest)) is not None:
                 tool = int(joined_number[1])
             self._assume_tool(tool)
+            to.functions.hide_tool()
             if "F" in read_usable_words(statement, to.q).values:
                 to.contour.call_feed = to.contour.call_feed or 1.0  # any feed rate will do
+            if _SPEED.search(statement.rest):
+                assume_speed(to.state)
         return follows
 
     def pass_unread(self, parts: Sequence[str]) -> None:

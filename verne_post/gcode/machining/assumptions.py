@@ -18,9 +18,15 @@ def assume_feed(state: State) -> None:
     state.feed, state.feed_angular = state.feed or 1.0, state.feed_angular or 1.0
 
 
-def assume_turning_spindle(state: State) -> None:
+def assume_speed(state: State) -> None:
     """Any speed will do."""
-    state.spindle_on, state.spindle_speed = True, state.spindle_speed or 1.0
+    state.spindle_speed = state.spindle_speed or 1.0
+
+
+def assume_turning_spindle(state: State) -> None:
+    """The spindle turns."""
+    state.spindle_on = True
+    assume_speed(state)
 
 
 def assume_length(state: State) -> None:
