@@ -170,6 +170,87 @@ def test_a_table_turns_after_a_retract(
     assert run("check", path, "--machine", "ac_trunnion").code == 0
 
 
+#: A stock of 120 x 100 x 40 mm, whose top is Z0.
+BLOCK = """split_at_stops = true
+[tools]
+1 = { length = 100, diameter = 10 }
+2 = { length = 110, diameter = 10 }
+[wcs]
+G54 = [0, 0, 60]
+[stock]
+min = [-60, -50, -40]
+max = [60, 50, 0]
+system = "G54"
+"""
+KLARTEXT = (
+    "BEGIN PGM P MM\nL A+0 C+0 R0 FMAX\nTOOL CALL 1 Z S8000 F800\nL X-70 Y+0 R0 FMAX M3\nL Z+20 R0 FMAX\n"
+    "L Z-2 R0 FMAX\nL X+70 F800\n{}M30\nEND PGM P MM\n"
+)
+CLEAR_TURNS = {
+    "plane.h": KLARTEXT.format(
+        "L Z+2 FMAX\nPLANE SPATIAL SPA+0 SPB+40 SPC+0 TURN FMAX SEQ-\nL X+20 Y+0 FMAX\nL Z+40 FMAX\n"
+    ),
+    "tool.h": KLARTEXT.format("TOOL CALL 2 Z S8000 F800\nL X+0 Y+0 FMAX M3\nL Z+50 FMAX\n"),
+    "plane.nc": "G21 G17 G40 G49 G69 G80 G90 G94\nT1 M6\nS8000 M3\nG54 G0 A0. C0.\nX-70. Y0.\nG43 Z20. H1\nZ-2.\n"
+    "G1 X70. F800.\nG0 Z2.\nG68.2 X0. Y0. Z0. I90. J40. K-90.\nG53.1\nG0 X20. Y0.\nZ40.\nG69\nM30\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "rapid", "before", "said"),
+    [
+        ("plane.h", 10, 9, "L Z+100 R0 FMAX (the tool is at Z 2 mm when line 9 turns the table)"),
+        ("tool.h", 9, 8, "L Z+50 R0 FMAX (the tool is at Z -2 mm when line 8 changes the tool)"),
+        ("plane.nc", 12, 10, "G0 Z100. (the tool is at Z 2 mm when line 11 turns the table)"),
+    ],
+)
+def test_a_rapid_meets_stock_after_a_clear_turn_or_another_tool(
+    name: str, rapid: int, before: int, said: str, write: Any, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """Another X or Y of the rapid is no remedy; behind a rapid that leads up, the retract before is none either."""
+    path = write(name, CLEAR_TURNS[name])
+    (tmp_path / f"{name}.toml").write_text(BLOCK, encoding="utf-8")
+    refused = run("check", path, "--machine", "ac_trunnion").out
+    assert f"{name}:{rapid}: VP216 error" in refused
+    told = f"retract the tool before line {before}: {said}: within limits\n"
+    assert f" = tried: {told}" in refused and refused.count("tried: ") == 1
+    explained = run("explain", f"{path}:{rapid}", "--machine", "ac_trunnion").out
+    assert f"  {told}" in explained and "ended elsewhere" not in explained
+    lines = path.read_text(encoding="utf-8").split("\n")
+    lines.insert(before - 1, said.split(" (")[0])
+    path.write_text("\n".join(lines), encoding="utf-8")
+    assert run("check", path, "--machine", "ac_trunnion").code == 0
+
+
+FACE = KLARTEXT.replace("L X+70 F800", "L X-65 F300\nL X+70 FMAX").format("L Y+20 F800\nL Z+50 FMAX\n")
+FACE_ISO = (
+    "G21 G17 G90 G94\nT1 M6\nS8000 M3\nG54 G0 A0 C0\nX-70. Y0.\nG43 Z20. H1\nZ-2.\nG1 X-65. F300\n{}\nG0 Z50.\nM30\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line", "said"),
+    [
+        ("face.h", FACE, 8, "F300 in place of FMAX (F300 is in force)"),
+        ("face.nc", FACE_ISO.format("G0 X70.\nG1 Y20."), 9, "G1 in place of G0 (F300 mm/min is in force)"),
+        ("fed.nc", FACE_ISO.format("G0 X70. F800."), 9, "G1 in place of G0"),
+        ("back.nc", FACE_ISO.format("G0 X70."), 9, ""),  # a retract may be missing as well
+    ],
+)
+def test_a_rapid_between_cuts_is_given_a_feed_rate(
+    name: str, text: str, line: int, said: str, write: Any, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    path = write(name, text)
+    (tmp_path / f"{name}.toml").write_text(BLOCK, encoding="utf-8")
+    for told in (
+        run("check", path, "--machine", "ac_trunnion").out,
+        run("explain", f"{path}:{line}", "--machine", "ac_trunnion").out,
+    ):
+        assert "VP216 error" in told and "a retract before it" in told
+        assert "ends at X" not in told and "ended elsewhere" not in told
+        assert said in told and ("cuts at a feed rate" in told) == bool(said)
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [

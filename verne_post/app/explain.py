@@ -16,7 +16,7 @@ from verne_post.app.assemble import (
     find_state_if_executed,
 )
 from verne_post.app.constraints import check_line, check_program, guard_joints
-from verne_post.app.contact_remedies import name_heights, propose_heights, propose_stick_out
+from verne_post.app.contact_remedies import TRIED_ELEMENTS, name_heights, propose_heights, propose_stick_out
 from verne_post.app.explain_line import (
     add_line_remedies,
     describe_modes,
@@ -31,7 +31,13 @@ from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.plan import plan_program
 from verne_post.app.retract_remedies import add_retract, find_missing_retract, find_turn
 from verne_post.app.start_lines import quote_start
-from verne_post.app.tried_remedies import build_trial, find_end_before_contact, find_flipped_axis, find_offset_before
+from verne_post.app.tried_remedies import (
+    build_trial,
+    find_end_before_contact,
+    find_flipped_axis,
+    find_forgotten_feed,
+    find_offset_before,
+)
 from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
@@ -47,7 +53,7 @@ from verne_post.model.findings import Finding, InputError, UsageError
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
-from verne_post.model.verdict import find_worst
+from verne_post.model.verdict import find_worst, is_about_pose
 from verne_post.output.commands import find_run
 from verne_post.output.findings import describe_remedy
 from verne_post.toolpath.contour import make_exact_contour
@@ -134,10 +140,14 @@ def _add_contact_remedies(source: Text, program: Program, shown: Line) -> Line:
     """The same line; contacts with the stock have what only the whole program can be asked."""
     is_told = any("ended elsewhere" in text for one in shown.findings for text in one.remedies)
     end = None if is_told else find_end_before_contact(source, program, shown)
+    errors = [item for item in shown.findings if item.severity == "error" and is_about_pose(item.code)]
+    is_short = bool(errors) and len(program.contour) <= TRIED_ELEMENTS
+    feed = find_forgotten_feed(source, program, errors) if is_short else None
     told = []
     for item in shown.findings:
         if item.code == "VP216":
-            more = [one.text for one in propose_heights(source, program, shown, item)]
+            more = [] if feed is None else [feed.text]
+            more += [one.text for one in propose_heights(source, program, shown, item)]
             if (longer := propose_stick_out(source, program, shown, item)) is not None:
                 more.append(longer.text)
             more += filter(None, [end])

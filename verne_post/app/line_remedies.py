@@ -4,7 +4,7 @@ Every proposal has been checked along the whole line before it is reported.
 """
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any, Final
 
@@ -340,7 +340,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if in_machine and all(remedies.is_beyond_at_start(line.exact, item) for item in asked):
         yield "none here: the line begins beyond the limit; a line before it brings the tool there"
         return
-    if ends := [remedy.text for remedy in propose_ends(line, warnings=warnings)]:
+    if ends := [remedy.text for remedy in propose_ends(line, asked, warnings=warnings)]:
         yield f"the line ended elsewhere: {', or '.join(ends)}"
     yield from propose_lift(line, asked)
 
@@ -368,10 +368,21 @@ def propose_lift(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         yield f"{cause}: the line begun at Z {begin} and ended at Z {end} {unit}"
 
 
-def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
-    """Another X, Y or Z at the end of a straight line, alone; ``warnings``: what also removes warnings."""
+def meets_in_rapid(line: Line, findings: Iterable[Finding]) -> bool:
+    """Whether a rapid meets stock or a fixture: another X or Y of it is no place that anyone wants."""
+    is_rapid = line.move >= 0 and line.moves.kind[line.move] == MoveKind.RAPID
+    return bool(is_rapid) and any(item.code in CONTACTS for item in findings)
+
+
+def propose_ends(line: Line, findings: Sequence[Finding], *, warnings: bool) -> Iterator[Remedy]:
+    """Another X, Y or Z at the end of a straight line, alone; ``warnings``: what also removes warnings.
+
+    For a contact in a rapid it is a higher Z, if the line leads there.
+    """
     if not remedies.is_straight(line.exact) or goes_to_reference(line.text):
         return
+    only_up = meets_in_rapid(line, findings)
+    named = np.abs(find_words(line) - find_words(line, w=0.0)) > ZERO_LENGTH_MM
     if in_machine := line.move in line.moves.machine_moves:  # whose words are no tips
         found = _shift_in_machine(line, warnings)
     else:
@@ -380,6 +391,8 @@ def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
         found = ((letter, float(end[at]), float(find_words(line, one)[at]), one) for at, letter, one in places)
     unit, scale = line.unit
     for letter, before, after, one in found:
+        if only_up and (letter != "Z" or after < before or not named[2]):
+            continue
         now, then = before / scale, format_number(after / scale, 4 + (scale > 1.0))
         where = " (in machine coordinates)" if in_machine else ""
         text = f"{letter} {then} in place of {format_number(now)} {unit}{where}{_describe_remaining(one)}"

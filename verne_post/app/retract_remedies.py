@@ -1,4 +1,4 @@
-"""A retract that is missing before the table turns: it is tried on the program before it is reported."""
+"""A retract that is missing before the table turns or the tool is changed: it is tried before it is reported."""
 
 import dataclasses
 import math
@@ -13,6 +13,8 @@ from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program
 from verne_post.app.contact_remedies import TRIED_ELEMENTS
 from verne_post.app.explain_numbers import format_number
+from verne_post.app.line_remedies import CONTACTS
+from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE
 from verne_post.base.units import MM_PER_INCH
@@ -20,7 +22,7 @@ from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import is_in_inches
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, Remedy, join_lines, list_lines
-from verne_post.model.moves import LINES_OF_A_CALL, MoveKind
+from verne_post.model.moves import LINES_OF_A_CALL, MoveKind, Moves
 from verne_post.model.verdict import is_about_pose
 
 #: How a tool is retracted, by dialect; a number without a point may mean micrometres on a Fanuc control.
@@ -40,11 +42,13 @@ _MOST_TURNS: Final = 8
 
 
 class _Turn(Struct, frozen=True):
-    """A move with an error that turns the table or the head."""
+    """A move with an error that turns the table or the head, or comes after a turn or another tool."""
 
-    line: int
+    line: int  #: Of the error.
     before: int  #: The line before which the tool is retracted: that of the plane, where the table turns to one.
     z: float  #: Where the tool stands before it, mm.
+    cause: int  #: The line that turns, or changes the tool.
+    changes_tool: bool = False
 
 
 class Retract(Struct, frozen=True):
@@ -56,21 +60,51 @@ class Retract(Struct, frozen=True):
 
 
 def find_turn(program: Program, item: Finding) -> _Turn | None:
-    """The first line of an error about a place, where it turns the table and cuts nothing; else None."""
+    """The turn of the table from which an error about a place comes; None for others.
+
+    The first line of the error turns, and cuts nothing. Or it is a contact in a rapid, and no retract lies between it
+    and the turn, or the change of tools.
+    """
     moves, path = program.moves, program.path
     if item.severity != "error" or item.code not in _CODES or not 0 < (item.line or 0) < LINES_OF_A_CALL:
         return None
     turns = (np.abs(path.end[:, 3:5] - path.start[:, 3:5]) > ZERO_ANGLE).any(axis=1)
     turns &= np.isnan(moves.feed[path.move]) | (path.turn >= 0)
-    rows = path.move[turns & (path.move > 0) & (path.line == item.line)]
-    if not len(rows) or not np.isfinite(moves.end[rows[0] - 1, 2]):
+    rows = path.move[turns & (path.move > 0)]
+    own = rows[moves.line[rows] == item.line]
+    tools = [(one.line, one.before) for one in moves.events if one.kind == "tool"]
+    row, line = (int(own[0]) if len(own) else -1), 0
+    if row < 0 and item.code in CONTACTS:
+        row, line = _find_change_before(moves, item.line or 0, rows, tools)
+    if row < 1 or not np.isfinite(moves.end[row - 1, 2]):
         return None
-    row = int(rows[0])
-    last = int(moves.line[row - 1])
-    said = [(one.line, one.before) for one in (*moves.planes, *moves.tcp_ends)]
-    said += [(one.line, one.before) for one in moves.events if one.kind == "tool"]
+    z, number = float(moves.end[row - 1, 2]), item.line or 0
+    if line:
+        return _Turn(number, line, z, line, changes_tool=True)
+    last, cause = int(moves.line[row - 1]), int(moves.line[row])
+    said = [*((one.line, one.before) for one in (*moves.planes, *moves.tcp_ends)), *tools]
     between = [line for line, before in said if before == row and last < line]
-    return _Turn(item.line or 0, min((*between, item.line or 0)), float(moves.end[row - 1, 2]))
+    return _Turn(number, min((*between, cause)), z, cause)
+
+
+def _find_change_before(moves: Moves, number: int, turns: Ints, tools: Sequence[tuple[int, int]]) -> tuple[int, int]:
+    """The last turn, or change of tools, before a rapid: its row, and the line of a change of tools, else 0.
+
+    The row is -1 where there is none, or where a rapid leads up after it.
+    """
+    own = np.flatnonzero(moves.line == number)
+    if not len(own) or moves.kind[own[0]] != MoveKind.RAPID:
+        return -1, 0
+    row = int(own[0])
+    begin = max((int(one) for one in turns[turns < row]), default=-1)
+    line, changed = max(((line, at) for line, at in tools if at <= row), key=lambda one: one[1], default=(0, -1))
+    last = max(begin, changed - 1)
+    rows = np.arange(max(last, 0) + 1, row)
+    rapid, z = moves.kind[rows] == MoveKind.RAPID, moves.end[:, 2]
+    is_up = (z[rows] > z[rows - 1] + LIMIT_SLACK_MM) & (moves.frame[rows] == moves.frame[rows - 1])
+    if last < 0 or (rapid & (is_up | moves.find_in_machine()[rows])).any():
+        return -1, 0
+    return (begin, 0) if begin >= changed else (changed, line)
 
 
 def _list_turns(program: Program, errors: Sequence[Finding]) -> list[_Turn]:
@@ -91,7 +125,7 @@ def find_missing_retract(source: Text, program: Program, findings: Sequence[Find
     turns = _list_turns(program, errors)
     if not turns or dialect not in _RETRACTS or len(program.contour) > TRIED_ELEMENTS:
         return None
-    inches = is_in_inches(source, build_interpreter_setup(program.machine, program.options), turns[0].line)
+    inches = is_in_inches(source, build_interpreter_setup(program.machine, program.options), turns[0].before)
     for height in _list_heights(program, max(turn.z for turn in turns), in_inches=inches):
         code = _RETRACTS[dialect].format(height)
         retract = _try_retract(source, program, errors, turns, code, height * (MM_PER_INCH if inches else 1.0))
@@ -104,7 +138,9 @@ def _list_heights(program: Program, z: float, *, in_inches: bool) -> list[int]:
     """Whole numbers of the unit above a Z, mm: the height of the program's own highest rapid first."""
     moves, scale, step = program.moves, (MM_PER_INCH if in_inches else 1.0), _STEPS[in_inches]
     level = np.array([frame.feature is None for frame in moves.frames])[moves.frame] & ~moves.find_in_machine()
-    own = moves.end[level & (moves.kind == MoveKind.RAPID), 2]
+    # a height that a retract in machine coordinates has left, or another tool, is none of the program
+    leads_there = (np.diff(moves.end[:, 2], prepend=z) != 0.0) & (np.diff(moves.frame, prepend=-1) == 0)
+    own = moves.end[level & leads_there & (moves.kind == MoveKind.RAPID), 2]
     highest = math.ceil(round(float(own.max(initial=z)) / scale, 6))
     begin = math.floor(z / scale / step)
     above = [(begin + 1 + count) * step for count in _STEPS_ABOVE]
@@ -149,8 +185,13 @@ def _try_retract(
 
     remaining = {(one.code, one.axis, number(line)) for one in left for line in list_lines(one)}
     cured = [item for item in errors if not remaining & _list_places(item)]
-    later = [replace(one, line=number(one.line), before=number(one.before)) for one in _list_turns(tried, left)]
-    new = [one for one in later if one.line and one.before and one.line not in {turn.line for turn in turns}]
+    later = [
+        replace(one, line=number(one.line), before=number(one.before), cause=number(one.cause))
+        for one in _list_turns(tried, left)
+    ]
+    new = [
+        one for one in later if one.line and one.before and one.cause and one.line not in {turn.line for turn in turns}
+    ]
     if new and seeks and len(turns) < _MOST_TURNS:  # the same limit is broken again, which was one finding
         return _try_retract(source, program, errors, [*turns, *new], code, height)
     wrong = {line for _code, _axis, line in remaining}
@@ -185,8 +226,8 @@ def _list_places(item: Finding) -> set[tuple[str, str | None, int]]:
 def _make_remedy(program: Program, turns: Sequence[_Turn], code: str, left: Collection[str]) -> Remedy:
     """The retract in words, and as an edit where it is one line."""
     places, first = sorted({turn.before for turn in turns}), min(turns, key=lambda turn: turn.line)
-    side = program.machine.rotary_side
-    why = f"the tool is at Z {format_number(first.z)} mm when line {first.line} turns the {side}"
+    does = "changes the tool" if first.changes_tool else f"turns the {program.machine.rotary_side}"
+    why = f"the tool is at Z {format_number(first.z)} mm when line {first.cause} {does}"
     named = ", ".join(f"{one} ({CODES[one].title})" for one in dict.fromkeys(left))
     what = f"removes this error; {named} {'remains' if len(set(left)) == 1 else 'remain'}" if left else "within limits"
     text = f"retract the tool before {join_lines(places)}: {code} ({why}): {what}"

@@ -21,6 +21,7 @@ from verne_post.app.line_remedies import (
     Trial,
     describe_plane,
     is_carried_along,
+    meets_in_rapid,
     propose_depth,
     propose_ends,
     propose_lift,
@@ -66,7 +67,7 @@ from verne_post.model.findings import (
     list_lines,
     make_finding,
 )
-from verne_post.model.moves import find_tool_of_moves
+from verne_post.model.moves import MoveKind, find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
 from verne_post.model.protocols import turn_from_setup, turn_to_setup
@@ -155,7 +156,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         return _put_cause(in_inches, [one for one in findings if not _is_about_unit(one)])
     word = None
     if is_short and meant is None:
-        word = _find_forgotten_g91(source, program, errors) or _find_lost_point(source, program, errors)
+        word = _find_forgotten_g91(source, program, errors) or find_forgotten_feed(source, program, errors)
+        word = word or _find_lost_point(source, program, errors)
         word = word or _find_shallow_depth(source, program, errors) or _find_word(source, program, joints, errors)
     if can_help:  # a sign explains a part under the table better than a word of the program does
         is_far = offset is None and word is None
@@ -289,8 +291,9 @@ def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, of
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
+    own = _find_line(program, joints, item.line, source) if item.code in CONTACTS else None
     is_of_line = item.code == "VP215" and item.last_line == item.line  # a line alone is lifted
-    if is_of_line and (own := _find_line(program, joints, item.line, source)) is not None:
+    if own is not None and (is_of_line or meets_in_rapid(own, [item])):
         for text in propose_lift(own, [item]):
             yield Remedy(f"line {own.number} alone: {text}")
     if offset.value and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
@@ -323,7 +326,7 @@ def list_ends(source: Text, program: Program, item: Finding) -> list[Remedy]:
     line = _find_line(program, guard_joints(program), item.line, source)
     if line is None:
         return []
-    ends = list(propose_ends(line, warnings=False))
+    ends = list(propose_ends(line, [item], warnings=False))
     deep = [one for one in ends if one.word[0] == "Z" and one.word[1] < 0.0]
     # a Z below the part may have a sign too many: whoever asks tries the edit
     unsigned = [dataclasses.replace(one, value=format_number(-one.word[1]), is_choice=True) for one in deep]
@@ -445,6 +448,39 @@ def _find_forgotten_g91(source: Text, program: Program, errors: Sequence[Finding
     return Remedy(text) if is_for_retract else Remedy(text, "90", line=number, word=("G", 91.0))
 
 
+def find_forgotten_feed(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+    """A feed rate in the first line of errors, a rapid at the height of the cuts beside it; checked with it.
+
+    The line has F, or cuts precede and follow it, in one frame.
+    """
+    moves, number = program.moves, min(item.line or 0 for item in errors)
+    rows = np.flatnonzero(moves.line == number)
+    if len(rows) != 1 or not 0 < rows[0] < len(moves) - 1 or moves.kind[rows[0]] != MoveKind.RAPID:
+        return None
+    row = int(rows[0])
+    around = np.array([row - 1, row, row + 1])
+    lines = bytes(source).split(b"\n")
+    text = lines[number - 1].decode("utf-8", errors="replace")
+    cuts = np.isfinite(moves.feed[around]) & (moves.kind[around] != MoveKind.DWELL)
+    level = around[: 2 + int(cuts[2])]
+    is_level = bool((moves.frame[level] == moves.frame[row]).all() and np.ptp(moves.end[level, 2]) < LIMIT_SLACK_MM)
+    touches = any(item.code == "VP216" and item.line == number for item in errors)
+    if not touches or not cuts[0] or not is_level or not (cuts[2] or find_word(text, "F")):
+        return None
+    rate, word = f"F{format_number(float(moves.feed[row - 1]))}", find_word_of(text, "G", 0.0)
+    if moves.language != "heidenhain" and word is not None:
+        said, right, in_force = word[0], "G1", "" if find_word(text, "F") else f" ({rate} mm/min is in force)"
+    elif moves.language == "heidenhain" and "FMAX" in text:
+        said, right, in_force = "FMAX", rate, f" ({rate} is in force)"
+    else:
+        return None
+    lines[number - 1] = text.replace(said, right, 1).encode()
+    if not _is_right_with(b"\n".join(lines), program):
+        return None
+    told = f"within limits if line {number} cuts at a feed rate: write {right} in place of {said}{in_force}"
+    return Remedy(told, right, line=number, misspelt=said, is_choice=True)
+
+
 def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Finding]) -> Remedy | None:
     """The word that alone is at fault: X, Y or Z of the first line of errors, where all of them are in one stretch.
 
@@ -460,7 +496,7 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
     if not is_hole and any(not start <= (item.line or 0) <= end for item in errors):
         return None
     text = lines[start - 1].decode("utf-8", errors="replace")
-    ends = sorted(propose_ends(line, warnings=False), key=lambda one: abs(float(one.value) - one.word[1]))
+    ends = sorted(propose_ends(line, errors, warnings=False), key=lambda one: abs(float(one.value) - one.word[1]))
     depth = find_word(text, "Z")
     if depth is not None and is_hole:
         ends = list(propose_depth(line, read_number(depth[2])))
@@ -598,7 +634,7 @@ def find_end_before_contact(source: Text, program: Program, line: Line) -> str |
     tip, angles = line.exact.pose(line.exact.contour, np.zeros(2, dtype=int), np.array([0.0, 1.0]))
     begin, end = (machine.coordinates.map_from_table(*ends, line.frame) for ends in zip(tip, angles, strict=True))
     moved = np.flatnonzero(np.abs(end - begin) > ROUND_MM)
-    if len(moved) != 1 or moved[0] > 2:
+    if len(moved) != 1 or moved[0] > 2 or (moved[0] < 2 and meets_in_rapid(line, touches)):
         return None
     axis, way = int(moved[0]), float(np.sign(end - begin)[moved[0]])
     contacts = turn_from_setup(machine.coordinates, np.array([one.contact for one in touches]))
