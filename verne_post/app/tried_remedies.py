@@ -468,9 +468,10 @@ def find_forgotten_feed(source: Text, program: Program, errors: Sequence[Finding
     if not touches or not cuts[0] or not is_level or not (cuts[2] or find_word(text, "F")):
         return None
     rate, word = f"F{format_number(float(moves.feed[row - 1]))}", find_word_of(text, "G", 0.0)
+    setup = build_interpreter_setup(program.machine, program.options)
     if moves.language != "heidenhain" and word is not None:
         said, right, in_force = word[0], "G1", "" if find_word(text, "F") else f" ({rate} mm/min is in force)"
-    elif moves.language == "heidenhain" and "FMAX" in text:
+    elif moves.language == "heidenhain" and "FMAX" in text and not is_in_inches(source, setup, number):
         said, right, in_force = "FMAX", rate, f" ({rate} is in force)"
     else:
         return None
