@@ -537,7 +537,7 @@ def test_skipped_lines_have_cut_the_stock(tmp_path: Path, run: Callable[..., Any
         assert list_contacts("--from", "home", "--from-line", line) == whole, line
     answer = run(*checked, "--from", "home", "--from-line", 15)
     assert answer.code == 0, answer.err
-    assert "the stock (as the lines before 15 have cut it)" in " ".join(answer.out.split() + answer.err.split())
+    assert "on the table (as the lines before 15 have cut it)" in " ".join(answer.out.split() + answer.err.split())
 
 
 def test_the_picture_of_what_is_left_has_the_skipped_cuts() -> None:

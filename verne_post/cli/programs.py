@@ -122,7 +122,7 @@ def drop_excluded(
     roots = {Path(name) if not is_dash(name) and Path(name).is_dir() else Path() for name in inputs}
     asked = {(f"--exclude {pattern}", pattern): roots for pattern in patterns}
     for name, _place in found:
-        if (settings := find_settings(name)) is not None:
+        if name not in named and (settings := find_settings(name)) is not None:
             key = f"{settings.shown}: check.exclude"
             asked |= {(f"{key} {pattern}", pattern): {settings.folder} for pattern in settings.check.exclude}
     excluded = set[Path]()
