@@ -292,8 +292,8 @@ def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, of
     if item.code in _OPTIONS:
         return
     own = _find_line(program, joints, item.line, source) if item.code in CONTACTS else None
-    is_of_line = item.code == "VP215" and item.last_line == item.line  # a line alone is lifted
-    if own is not None and (is_of_line or meets_in_rapid(own, [item])):
+    is_of_line = item.last_line == item.line  # a line alone is lifted
+    if own is not None and is_of_line and (item.code == "VP215" or meets_in_rapid(own, [item])):
         for text in propose_lift(own, [item]):
             yield Remedy(f"line {own.number} alone: {text}")
     if offset.value and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
