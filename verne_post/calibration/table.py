@@ -5,6 +5,7 @@ import difflib
 import io
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from msgspec import Struct
 
@@ -108,7 +109,8 @@ def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], opt
 def refuse_mistakes(mistakes: list[Finding]) -> None:
     """Raise InputError with all mistakes in the order of their lines, the same one once, if there are any."""
     if mistakes:
-        raise InputError(*merge_same(sorted(mistakes, key=lambda item: item.line or 0)))
+        merged = merge_same(sorted(mistakes, key=lambda item: item.line or 0))
+        raise InputError(*(replace(item, worst_line=None) for item in merged))  # no line of a table is the worst
 
 
 def read_number(cell: str, name: str, line: int, mistakes: list[Finding]) -> float:

@@ -59,7 +59,7 @@ def _read_measurement(
     text = "no position of the platform fits these joints: compare their unit and their columns with the machine file"
     open_ = [make_finding("VP502", text, line=int(line)) for line in tools.line[~closed]]
     if open_:
-        raise InputError(*merge_same(open_))
+        raise InputError(*(replace(item, worst_line=None) for item in merge_same(open_)))
     try:
         tools = align_stations(model, opened.as_built.deviations.pack_vector(), tools)
     except ValueError as error:
