@@ -11,7 +11,7 @@ import verne_post as vp
     ("lines", "asked", "z"),
     [
         ("G0 X0\nG1 Z15 F300\nG0 X60\n", 8, "begun at Z 20.1 and ended at Z 20.1 mm"),  # nothing was found
-        ("G0 Z25\nG0 X60 Z5\n", 7, "the line ended elsewhere: Z 1"),  # no other X and Y: a rapid leads where it is meant to
+        ("G0 Z25\nG0 X60 Z5\n", 7, "the line ended elsewhere: Z 1"),  # no other X or Y
     ],
 )
 def test_a_rapid_through_the_stock_is_lifted(lines: str, asked: int, z: str) -> None:
