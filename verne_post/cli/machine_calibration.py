@@ -33,13 +33,14 @@ from verne_post.calibration.as_built.report_text import (
     format_calibration_json,
 )
 from verne_post.calibration.as_built.stations import align_stations
+from verne_post.calibration.table import refuse_mistakes
 from verne_post.cli.common import print_findings
 from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.numbers import read_numbers
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
-from verne_post.model.findings import InputError, make_finding, make_input_error, merge_same
+from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.verdict import ExitStatus
 
 #: How long the program of a plan stands at each pose, s: time for an instrument to read.
@@ -58,8 +59,7 @@ def _read_measurement(
     closed = model.predict(opened.as_built.deviations.pack_vector(), tools.joints, tools.length).ok
     text = "no position of the platform fits these joints: compare their unit and their columns with the machine file"
     open_ = [make_finding("VP502", text, line=int(line)) for line in tools.line[~closed]]
-    if open_:
-        raise InputError(*(replace(item, worst_line=None) for item in merge_same(open_)))
+    refuse_mistakes(open_)
     try:
         tools = align_stations(model, opened.as_built.deviations.pack_vector(), tools)
     except ValueError as error:
