@@ -5,23 +5,23 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from verne_post.app.assemble import Program, assemble
-from verne_post.app.constraints import check_program
+from verne_post.app.assemble import Program
 from verne_post.app.explain_numbers import format_number
 from verne_post.app.line_remedies import Line, is_of_cycle
+from verne_post.app.trials import is_short, try_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks, write_like
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.line_words import Word
 from verne_post.gcode.pasted_line import find_cycle_call, find_given_values
-from verne_post.model.findings import Finding, InputError, Remedy, join_lines
+from verne_post.model.findings import Finding, Remedy, join_lines
 from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.part_setup import describe_tool_number
 
@@ -29,8 +29,6 @@ from verne_post.model.part_setup import describe_tool_number
 STEP_MM: Final = 0.1
 #: In a program in inches, inch.
 _STEP_INCH: Final = 0.005
-#: A longer contour is not checked anew for remedies: the refusal should not take many times as long as the check.
-TRIED_ELEMENTS: Final = 20_000
 #: A decimal point one place too far to the right; and the share of a depth that is beyond a limit then.
 _TOO_DEEP: Final = 10.0
 _SHARE_BEYOND: Final = 3.0
@@ -126,9 +124,10 @@ def propose_heights(source: Text, program: Program, line: Line, item: Finding) -
     def list_left(number: int, text: str) -> tuple[list[Finding], list[int]] | None:
         """The errors in this line, and the other lines of the call that have a contact."""
         changed = text.encode("utf-8", errors="surrogateescape")
-        left = _list_errors(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program)
-        if left is None:
+        tried = try_program(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program, only_lines=True)
+        if tried is None:
             return None
+        left = tried[1]
         first, last = item.line or 0, item.last_line or 0
         own = [one for one in left if (one.line or 0) <= last and first <= (one.last_line or 0)]
         contacts = [one.line or 0 for one in left if one.code == "VP216" and one not in own]
@@ -177,14 +176,15 @@ def propose_stick_out(source: Text, program: Program, line: Line, item: Finding)
 
     @cache
     def list_codes() -> set[str]:
-        return {one.code for one in _list_errors(source, program) or ()}
+        tried = try_program(source, program, only_lines=True)
+        return set() if tried is None else {one.code for one in tried[1]}
 
     own = set(moves.line[find_tool_of_moves(np.arange(len(moves.line)), 0, moves) == number].tolist())
 
     def is_right(count: int) -> bool:
         more = count * STEP_MM
         longer = dataclasses.replace(below, length=(below.length or 0.0) + more)
-        change: dict[str, object] = {
+        change: dict[str, Any] = {
             "tool_shapes": {**options.tool_shapes, number: (*shape[: at - 1], longer, *shape[at:])}
         }
         if options.tool_length is not None:
@@ -192,12 +192,13 @@ def propose_stick_out(source: Text, program: Program, line: Line, item: Finding)
         elif tool is not None:
             offset = (*tool.offset[:2], before + more, *tool.offset[3:])
             change["tools"] = {**(options.tools or {}), number: dataclasses.replace(tool, offset=offset)}
-        left = _list_errors(source, program, change, only_first="holder")
-        touches = [one.line in own for one in left or () if one.message.startswith("the holder")]
-        if touches and not any(touches):  # that of another tool, behind which nothing was cut
-            left = _list_errors(source, program, change)
-            touches = [one.line in own for one in left or () if one.message.startswith("the holder")]
-        if left is None or any(touches):
+        for only_first in ("holder", False):
+            tried = try_program(source, program, only_first=only_first, only_lines=True, **change)
+            left = [] if tried is None else tried[1]
+            touches = [one.line in own for one in left if one.message.startswith("the holder")]
+            if not touches or any(touches):  # else that of another tool, behind which nothing was cut
+                break
+        if tried is None or any(touches):
             return False
         new = {one.code for one in left} - {item.code}
         return not new or new <= list_codes()
@@ -214,8 +215,7 @@ def propose_stick_out(source: Text, program: Program, line: Line, item: Finding)
 
 
 def _is_contact(program: Program, item: Finding) -> bool:
-    is_short = len(program.contour) <= TRIED_ELEMENTS
-    return is_short and item.code == "VP216" and item.severity == "error" and item.value is not None
+    return is_short(program) and item.code == "VP216" and item.severity == "error" and item.value is not None
 
 
 def _find_steps(is_right: Callable[[int], bool], depth: float) -> int | None:
@@ -234,19 +234,6 @@ def _find_steps(is_right: Callable[[int], bool], depth: float) -> int | None:
         middle = (right + wrong) // 2
         wrong, right = (wrong, middle) if ask(middle) else (middle, right)
     return right + 1 if ask(right + 1) else None
-
-
-def _list_errors(
-    source: Text, program: Program, change: dict[str, object] | None = None, *, only_first: bool | str = False
-) -> list[Finding] | None:
-    """The errors of a program with another text or other options; None where it cannot be read."""
-    try:
-        options = program.options.changed(**change) if change else program.options
-        changed = assemble(source, program.machine, options, program.team)
-        found = check_program(changed, only_first=only_first, only_lines=True)[1]
-    except InputError:
-        return None
-    return [item for item in found if item.severity == "error"]
 
 
 def _list_heights(source: Text, program: Program, number: int, step: float = STEP_MM) -> list[_Height]:

@@ -16,7 +16,7 @@ from verne_post.app.assemble import (
     find_state_if_executed,
 )
 from verne_post.app.constraints import check_line, check_program, guard_joints
-from verne_post.app.contact_remedies import TRIED_ELEMENTS, name_heights, propose_heights, propose_stick_out
+from verne_post.app.contact_remedies import name_heights, propose_heights, propose_stick_out
 from verne_post.app.explain_line import (
     add_line_remedies,
     describe_modes,
@@ -31,13 +31,9 @@ from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.plan import plan_program
 from verne_post.app.retract_remedies import add_retract, find_missing_retract, find_turn
 from verne_post.app.start_lines import quote_start
-from verne_post.app.tried_remedies import (
-    build_trial,
-    find_end_before_contact,
-    find_flipped_axis,
-    find_forgotten_feed,
-    find_offset_before,
-)
+from verne_post.app.trials import build_trial, is_short
+from verne_post.app.tried_remedies import find_offset_before
+from verne_post.app.word_remedies import find_end_before_contact, find_flipped_axis, find_forgotten_feed
 from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
@@ -141,8 +137,7 @@ def _add_contact_remedies(source: Text, program: Program, shown: Line) -> Line:
     is_told = any("ended elsewhere" in text for one in shown.findings for text in one.remedies)
     end = None if is_told else find_end_before_contact(source, program, shown)
     errors = [item for item in shown.findings if item.severity == "error" and is_about_pose(item.code)]
-    is_short = bool(errors) and len(program.contour) <= TRIED_ELEMENTS
-    feed = find_forgotten_feed(source, program, errors) if is_short else None
+    feed = find_forgotten_feed(source, program, errors) if errors and is_short(program) else None
     told = []
     for item in shown.findings:
         if item.code == "VP216":

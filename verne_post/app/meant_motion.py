@@ -13,8 +13,8 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.constraints import check_program
-from verne_post.app.contact_remedies import TRIED_ELEMENTS
 from verne_post.app.setup_check import is_retracted
+from verne_post.app.trials import is_short
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_word
 from verne_post.base.tolerances import DRILL_TILT, ZERO_ANGLE
@@ -101,7 +101,7 @@ def _find_turn_back(source: Text, program: Program, item: Finding, at: int, doub
     is_out = is_retracted(moves, program.machine, left.before + int(goes[0]) - 1 if len(goes) else at - 1)
     is_kept = moves.language == "heidenhain" or _MOTION_CODE.search(lines[first - 1]) is not None
     remaining: Sequence[Finding] = ()
-    if is_tried := len(program.contour) <= TRIED_ELEMENTS:
+    if is_tried := is_short(program):
         try:
             changed = b"\n".join([*lines[: first - 1], value.encode(), *lines[first - 1 :]])
             tried = assemble(changed, program.machine, program.options, program.team)

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -11,19 +11,17 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program
-from verne_post.app.contact_remedies import TRIED_ELEMENTS
 from verne_post.app.explain_numbers import format_number
 from verne_post.app.line_remedies import CONTACTS
+from verne_post.app.trials import is_short, list_errors, name_left
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import is_in_inches
-from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, Remedy, join_lines, list_lines
 from verne_post.model.moves import LINES_OF_A_CALL, MoveKind, Moves
-from verne_post.model.verdict import is_about_pose
 
 #: How a tool is retracted, by dialect; a number without a point may mean micrometres on a Fanuc control.
 _RETRACTS: Final = {
@@ -121,9 +119,9 @@ def find_missing_retract(source: Text, program: Program, findings: Sequence[Find
         Of the whole program.
     """
     dialect = choose_dialect_name(program.options.dialect, source, program.options.source_name)
-    errors = [item for item in findings if item.severity == "error" and is_about_pose(item.code)]
+    errors = list_errors(findings)
     turns = _list_turns(program, errors)
-    if not turns or dialect not in _RETRACTS or len(program.contour) > TRIED_ELEMENTS:
+    if not turns or dialect not in _RETRACTS or not is_short(program):
         return None
     inches = is_in_inches(source, build_interpreter_setup(program.machine, program.options), turns[0].before)
     for height in _list_heights(program, max(turn.z for turn in turns), in_inches=inches):
@@ -223,13 +221,12 @@ def _list_places(item: Finding) -> set[tuple[str, str | None, int]]:
     return {(item.code, item.axis, line) for line in list_lines(item)}
 
 
-def _make_remedy(program: Program, turns: Sequence[_Turn], code: str, left: Collection[str]) -> Remedy:
+def _make_remedy(program: Program, turns: Sequence[_Turn], code: str, left: Sequence[str]) -> Remedy:
     """The retract in words, and as an edit where it is one line."""
     places, first = sorted({turn.before for turn in turns}), min(turns, key=lambda turn: turn.line)
     does = "changes the tool" if first.changes_tool else f"turns the {program.machine.rotary_side}"
     why = f"the tool is at Z {format_number(first.z)} mm when line {first.cause} {does}"
-    named = ", ".join(f"{one} ({CODES[one].title})" for one in dict.fromkeys(left))
-    what = f"removes this error; {named} {'remains' if len(set(left)) == 1 else 'remain'}" if left else "within limits"
+    what = f"removes this error; {name_left(left)}" if left else "within limits"
     text = f"retract the tool before {join_lines(places)}: {code} ({why}): {what}"
     if len(places) > 1:
         return Remedy(text, line=places[0])
