@@ -177,7 +177,7 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.fixture
 def without_remedies(monkeypatch: pytest.MonkeyPatch) -> None:
     """Programs are refused without a search for what would cure them: it takes longer than the verdict."""
-    monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings)
+    monkeypatch.setattr("verne_post.app.remedies.refused.add_remedies", lambda _source, _program, findings: findings)
 
 
 @pytest.fixture(scope="session", autouse=True)

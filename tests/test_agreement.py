@@ -17,7 +17,7 @@ import pytest
 
 import verne_post as vp
 from verne_post.app.assemble import Program
-from verne_post.app.tried_remedies import add_remedies
+from verne_post.app.remedies.refused import add_remedies
 from verne_post.config import list_machine_files
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
@@ -268,7 +268,7 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
             tried[key] = add_remedies(source, program, findings)
         return list(tried[key])
 
-    monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", try_once)
+    monkeypatch.setattr("verne_post.app.remedies.refused.add_remedies", try_once)
     expected = set(case.codes)
     said: dict[str, set[str]] = {}
     codes: dict[str, int] = {}
@@ -303,7 +303,7 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
     # proposals have been sought above, change no verdict, and take half of the time
     monkeypatch.setattr("verne_post.app.explain_line.propose", lambda *_given: iter(()))
-    monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings)
+    monkeypatch.setattr("verne_post.app.remedies.refused.add_remedies", lambda _source, _program, findings: findings)
     machine = vp.load_machine("machine.toml")
     options = vp.Options(tool_length=case.tool, wcs={"G54": case.place}, **case.options)
     source = Path("part.nc")

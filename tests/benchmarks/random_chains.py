@@ -534,7 +534,9 @@ def main() -> None:
     for name in [given.machine] if given.machine else [*CHAINS, *CARRIERS]:
         kind, became = CARRIERS.get(name, Kind)(name), Counter[str]()
         for seed in range(given.seed, given.seed + given.programs):
-            with mock.patch("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings):
+            with mock.patch(
+                "verne_post.app.remedies.refused.add_remedies", lambda _source, _program, findings: findings
+            ):
                 what, wrong = try_program(kind, seed)
             became[what] += 1
             if wrong:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from verne_post.app.assemble import assemble
-from verne_post.app.word_remedies import find_end_before_contact
+from verne_post.app.remedies.words import find_end_before_contact
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.fixes import find_fixes
 from verne_post.cli.lsp.inspector import Inspector
@@ -311,7 +311,7 @@ def test_no_height_is_tried_twice(write: Any, monkeypatch: pytest.MonkeyPatch, r
         tried.append(bytes(source))
         return assemble(source, *others)
 
-    monkeypatch.setattr("verne_post.app.trials.assemble", record)
+    monkeypatch.setattr("verne_post.app.remedies.trials.assemble", record)
     text = PROGRAMS["drill.nc"].replace("Z-15. R-3.", "Z-16. R-7.")
     assert "R 0.1 instead of -7" in run("explain", f"{write('drill.nc', text)}:7").out
     assert len(tried) > 3

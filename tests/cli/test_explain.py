@@ -15,8 +15,8 @@ import verne_post as vp
 import verne_post.app.explain as explain_app
 from verne_post import load_machine
 from verne_post.app.explain_line import is_axis_named
-from verne_post.app.line_remedies import Line, Trial
 from verne_post.app.python_names import name_in_python
+from verne_post.app.remedies.lines import Line, Trial
 from verne_post.cli.main import main
 from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile

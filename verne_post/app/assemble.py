@@ -14,9 +14,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
-from verne_post.app.program_end import report_no_motion
+from verne_post.app.doubts.program_end import report_no_motion
+from verne_post.app.doubts.setup import check_setup
 from verne_post.app.row_format import find_drives
-from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import add_table, lay_out
 from verne_post.base.arrays import Array

@@ -9,9 +9,9 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, build_interpreter_setup
+from verne_post.app.doubts.heights import HEIGHT
 from verne_post.app.explain_numbers import format_number
-from verne_post.app.height_check import HEIGHT
-from verne_post.app.line_remedies import find_plane
+from verne_post.app.remedies.lines import find_plane
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ZERO_LENGTH_MM
@@ -57,7 +57,7 @@ def _check_contour(
 
         found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
     if joints.keep_out is not None or program.options.part is not None:
-        from verne_post.app.unit_check import report_doubtful_units
+        from verne_post.app.doubts.units import report_doubtful_units
 
         is_doubted = any(item.code == "VP505" for item in found)
         found += report_doubtful_units(program, joints, is_stock_doubted=is_doubted)

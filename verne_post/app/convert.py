@@ -138,8 +138,8 @@ def _judge_rows(
     asked = program.options.part
     if asked is None or body is None or not program.team.leads:
         return None
+    from verne_post.app.doubts.units import report_large_part
     from verne_post.app.machined_stock import judge_blocks
-    from verne_post.app.unit_check import report_large_part
 
     try:
         return judge_blocks(program, body, asked.wanted, blocks, progress)

@@ -16,7 +16,6 @@ from verne_post.app.assemble import (
     find_state_if_executed,
 )
 from verne_post.app.constraints import check_line, check_program, guard_joints
-from verne_post.app.contact_remedies import name_heights, propose_heights, propose_stick_out
 from verne_post.app.explain_line import (
     add_line_remedies,
     describe_modes,
@@ -26,14 +25,15 @@ from verne_post.app.explain_line import (
     work_through,
 )
 from verne_post.app.line_facts import describe_time, measure_lines
-from verne_post.app.line_remedies import Line
-from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.plan import plan_program
-from verne_post.app.retract_remedies import add_retract, find_missing_retract, find_turn
+from verne_post.app.remedies.contacts import name_heights, propose_heights, propose_stick_out
+from verne_post.app.remedies.lines import Line
+from verne_post.app.remedies.meant_motion import find_meant_motion
+from verne_post.app.remedies.refused import find_offset_before
+from verne_post.app.remedies.retracts import add_retract, find_missing_retract, find_turn
+from verne_post.app.remedies.trials import build_trial, is_short
+from verne_post.app.remedies.words import find_end_before_contact, find_flipped_axis, find_forgotten_feed
 from verne_post.app.start_lines import quote_start
-from verne_post.app.trials import build_trial, is_short
-from verne_post.app.tried_remedies import find_offset_before
-from verne_post.app.word_remedies import find_end_before_contact, find_flipped_axis, find_forgotten_feed
 from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution, find_travel_margins
-from verne_post.app.line_remedies import (
+from verne_post.app.remedies.lines import (
     Line,
     Trial,
     describe_kept_angle,

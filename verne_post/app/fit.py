@@ -11,14 +11,14 @@ from verne_post import gcode
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import guard_joints
 from verne_post.app.convert import check_source
-from verne_post.app.line_remedies import CONTACTS, describe_kept_angle
-from verne_post.app.meant_motion import find_meant_motion
+from verne_post.app.remedies.lines import CONTACTS, describe_kept_angle
+from verne_post.app.remedies.meant_motion import find_meant_motion
+from verne_post.app.remedies.refused import list_errors_before
+from verne_post.app.remedies.setup import find_legal_offsets
+from verne_post.app.remedies.trials import is_carried_with_part
 from verne_post.app.result import Progress, Result
-from verne_post.app.setup_remedies import find_legal_offsets
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
-from verne_post.app.trials import is_carried_with_part
-from verne_post.app.tried_remedies import list_errors_before
 from verne_post.base.arrays import Mask, find_used
 from verne_post.base.least import find_least
 from verne_post.base.long_text import Text

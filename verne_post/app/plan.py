@@ -97,8 +97,8 @@ def _try_remedies(
     try:
         yield
     except InputError as error:
+        from verne_post.app.remedies.refused import add_remedies, name_cause
         from verne_post.app.start_lines import quote_start  # for refused programs alone
-        from verne_post.app.tried_remedies import add_remedies, name_cause
 
         if tell is not None:
             tell(error.findings)

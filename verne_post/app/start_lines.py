@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.app.assemble import Program
-from verne_post.app.line_remedies import find_turn_to_plane
+from verne_post.app.remedies.lines import find_turn_to_plane
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_word

@@ -201,7 +201,7 @@ def _list_others(name: str, draft: "SetupDraft") -> "tuple[Finding, ...]":
 
 def _list_doubts(source: "Text", draft: "SetupDraft", options: "Options") -> list[str]:
     """What ``check`` warns of: diameters that are not those of the program's remarks."""
-    from verne_post.app.diameter_check import check_diameters
+    from verne_post.app.doubts.diameters import check_diameters
 
     return [] if draft.moves is None else [item.message for item in check_diameters(source, draft.moves, options)]
 

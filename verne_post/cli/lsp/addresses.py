@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.explain_numbers import format_number
-from verne_post.app.line_remedies import Line
+from verne_post.app.remedies.lines import Line
 from verne_post.base.arrays import Array
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.units import MM_PER_INCH

@@ -14,7 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.app.assemble import SPLIT_KEY
-from verne_post.app.tried_remedies import list_ends
+from verne_post.app.remedies.refused import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.pasted import translate_pasted
 from verne_post.base.printable import quote_key

@@ -19,8 +19,8 @@ from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_called_line, look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
 from verne_post.app.line_facts import LineFacts, describe_feed, describe_time, measure_lines
-from verne_post.app.line_remedies import Line
 from verne_post.app.plan import Tell
+from verne_post.app.remedies.lines import Line
 from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks, split_lines

@@ -13,8 +13,8 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.constraints import check_program
-from verne_post.app.setup_check import is_retracted
-from verne_post.app.trials import is_short
+from verne_post.app.doubts.setup import is_retracted
+from verne_post.app.remedies.trials import is_short
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_word
 from verne_post.base.tolerances import DRILL_TILT, ZERO_ANGLE

@@ -8,18 +8,18 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.arc_check import check_arcs, drop_helices
-from verne_post.app.axis_check import check_axes, check_normals, check_rotary_words
-from verne_post.app.block_end_check import check_block_ends
-from verne_post.app.diameter_check import check_diameters
-from verne_post.app.height_check import check_heights
-from verne_post.app.hole_feed_check import check_hole_feeds
-from verne_post.app.length_check import check_lengths
-from verne_post.app.pitch_check import check_pitches
-from verne_post.app.point_check import check_points
-from verne_post.app.program_end import find_unexecuted_moves
-from verne_post.app.sense_check import check_senses
-from verne_post.app.spindle_check import (
+from verne_post.app.doubts.arcs import check_arcs, drop_helices
+from verne_post.app.doubts.axes import check_axes, check_normals, check_rotary_words
+from verne_post.app.doubts.block_ends import check_block_ends
+from verne_post.app.doubts.diameters import check_diameters
+from verne_post.app.doubts.heights import check_heights
+from verne_post.app.doubts.hole_feeds import check_hole_feeds
+from verne_post.app.doubts.lengths import check_lengths
+from verne_post.app.doubts.pitches import check_pitches
+from verne_post.app.doubts.points import check_points
+from verne_post.app.doubts.program_end import find_unexecuted_moves
+from verne_post.app.doubts.senses import check_senses
+from verne_post.app.doubts.spindle import (
     check_direction,
     check_first_tool,
     check_highest_speed,
@@ -29,7 +29,7 @@ from verne_post.app.spindle_check import (
     check_spindle,
     check_tool_change,
 )
-from verne_post.app.tolerance_check import check_tolerances
+from verne_post.app.doubts.tolerances import check_tolerances
 from verne_post.base.arrays import Ints
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text

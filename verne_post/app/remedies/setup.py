@@ -12,7 +12,7 @@ import numpy as np
 from verne_post.app.assemble import Program
 from verne_post.app.constraints import guard_joints
 from verne_post.app.explain_numbers import format_list
-from verne_post.app.trials import (
+from verne_post.app.remedies.trials import (
     CURING_OPTIONS,
     ROUND_MM,
     find_codes_with,

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from verne_post.app.axis_check import BESIDE, TURN_DEG, Describe, find_change, is_tool_turned, report_words, view_beside
+from verne_post.app.doubts.axes import (
+    BESIDE,
+    TURN_DEG,
+    Describe,
+    find_change,
+    is_tool_turned,
+    report_words,
+    view_beside,
+)
 from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text

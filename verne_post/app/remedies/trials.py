@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_line, check_program, guard_joints
-from verne_post.app.line_remedies import (
+from verne_post.app.remedies.lines import (
     CONTACTS,
     Line,
     Trial,
@@ -99,7 +99,7 @@ def find_code_of_line(source: Text, program: Program, line: int | None) -> str:
 
 
 def is_carried_with_part(program: Program, joints: Any, item: Finding) -> bool:
-    """Whether no work offset can cure a contact: see :func:`~verne_post.app.line_remedies.is_carried_along`."""
+    """Whether no work offset can cure a contact: see :func:`~verne_post.app.remedies.lines.is_carried_along`."""
     line = find_line(program, joints, item.line) if item.code in CONTACTS else None
     return line is not None and is_carried_along(program.options, item, line.frame.system)
 

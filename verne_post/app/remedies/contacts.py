@@ -13,8 +13,8 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
 from verne_post.app.explain_numbers import format_number
-from verne_post.app.line_remedies import Line, is_of_cycle
-from verne_post.app.trials import is_short, try_program
+from verne_post.app.remedies.lines import Line, is_of_cycle
+from verne_post.app.remedies.trials import is_short, try_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks, write_like
 from verne_post.gcode.codes import CYCLES

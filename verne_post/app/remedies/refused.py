@@ -11,9 +11,9 @@ import numpy as np
 
 from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
-from verne_post.app.contact_remedies import propose_heights
 from verne_post.app.explain_numbers import format_number
-from verne_post.app.line_remedies import (
+from verne_post.app.remedies.contacts import propose_heights
+from verne_post.app.remedies.lines import (
     CONTACTS,
     describe_plane,
     meets_in_rapid,
@@ -21,16 +21,16 @@ from verne_post.app.line_remedies import (
     propose_lift,
     propose_turns,
 )
-from verne_post.app.meant_motion import find_meant_motion
-from verne_post.app.retract_remedies import add_retract, find_missing_retract, find_turn
-from verne_post.app.setup_remedies import (
+from verne_post.app.remedies.meant_motion import find_meant_motion
+from verne_post.app.remedies.retracts import add_retract, find_missing_retract, find_turn
+from verne_post.app.remedies.setup import (
     FAR_MM,
     find_offset,
     find_offset_of_control,
     find_slip_of_setup,
     say_no_offset,
 )
-from verne_post.app.trials import (
+from verne_post.app.remedies.trials import (
     CURING_OPTIONS,
     build_trial,
     find_code_of_line,
@@ -42,7 +42,7 @@ from verne_post.app.trials import (
     list_errors,
     name_left,
 )
-from verne_post.app.word_remedies import (
+from verne_post.app.remedies.words import (
     find_flipped_axis,
     find_forgotten_feed,
     find_forgotten_g91,

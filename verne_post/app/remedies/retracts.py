@@ -12,8 +12,8 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program
 from verne_post.app.explain_numbers import format_number
-from verne_post.app.line_remedies import CONTACTS
-from verne_post.app.trials import is_short, list_errors, name_left
+from verne_post.app.remedies.lines import CONTACTS
+from verne_post.app.remedies.trials import is_short, list_errors, name_left
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE

@@ -10,15 +10,15 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.app.assemble import Program, build_interpreter_setup
-from verne_post.app.contact_remedies import find_shallow_depth
 from verne_post.app.explain_numbers import format_number
-from verne_post.app.line_remedies import (
+from verne_post.app.remedies.contacts import find_shallow_depth
+from verne_post.app.remedies.lines import (
     Line,
     meets_in_rapid,
     propose_depth,
     propose_ends,
 )
-from verne_post.app.trials import (
+from verne_post.app.remedies.trials import (
     CURING_OPTIONS,
     ROUND_MM,
     find_code_of_line,
