@@ -19,7 +19,8 @@ from verne_post.cli.callers import Callers
 from verne_post.cli.lsp import server
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.completion import complete_word
-from verne_post.cli.lsp.fixes import Fix, find_fixes, find_fixes_of_its_file
+from verne_post.cli.lsp.edits import Fix
+from verne_post.cli.lsp.fixes import find_fixes, find_fixes_of_its_file
 from verne_post.cli.lsp.inspector import Inspected, Inspector
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import find_range

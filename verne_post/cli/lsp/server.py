@@ -27,7 +27,9 @@ from verne_post import __version__
 from verne_post.base.program_lines import split_lines
 from verne_post.cli.lsp.addresses import list_tools
 from verne_post.cli.lsp.completion import complete_key, complete_word, describe_key, find_key, make_item
-from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file, find_meant_tool
+from verne_post.cli.lsp.edits import Fix
+from verne_post.cli.lsp.file_fixes import find_meant_tool
+from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes, find_fixes_of_its_file
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import MARK, find_range, make_diagnostic, skip_mark
