@@ -12,7 +12,7 @@ from verne_post.gcode.program_error import ProgramError, write_words
 from verne_post.model.findings import Remedy
 
 #: What may be such a number: it stands behind a blank that follows another number, or N has a point.
-_CANDIDATE: Final = re.compile(rb"[0-9.][ \t]+[-+]?[0-9.]|[Nn][ \t]*[0-9]+\.")
+_CANDIDATES: Final = (re.compile(rb"[0-9.][ \t]+[-+]?[0-9.]"), re.compile(rb"[Nn][ \t]*[0-9]+\."))
 _WORD: Final = re.compile(
     r"\([^()]*\)?|;.*|(?P<letter>[A-Z])[ \t]*[-+]?(?P<own>[0-9.]+)(?:[ \t]+(?P<number>[-+]?[0-9.]+))?", re.IGNORECASE
 )
@@ -45,11 +45,16 @@ _ENDS: Final = ("30", "99")
 
 def find_candidates(text: bytes) -> Ints:
     """Lines of a text, from 0, that may have such a number."""
-    found = np.array([match.start() for match in _CANDIDATE.finditer(text)], dtype=np.int64)
+    signs = np.frombuffer(text, dtype=np.uint8)
+    behind_blank = signs[1:][(signs[:-1] == ord(" ")) | (signs[:-1] == ord("\t"))]
+    # most programs have neither, and a look at each byte is ten times as fast as the pattern
+    asked = (np.isin(behind_blank, list(b"+-.0123456789")).any(), b"N" in text or b"n" in text)
+    patterns = (pattern for pattern, is_asked in zip(_CANDIDATES, asked, strict=True) if is_asked)
+    found = np.array([match.start() for pattern in patterns for match in pattern.finditer(text)], dtype=np.int64)
     if not len(found):
         return np.empty(0, dtype=np.int32)
-    ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
-    return np.searchsorted(ends, found).astype(np.int32)
+    ends = np.flatnonzero(signs == ord("\n"))
+    return np.searchsorted(ends, np.sort(found)).astype(np.int32)
 
 
 def refuse_letterless(text: str) -> None:
