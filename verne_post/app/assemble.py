@@ -19,7 +19,7 @@ from verne_post.app.doubts.setup import check_setup
 from verne_post.app.row_format import find_drives
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import add_table, lay_out
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, find_used
 from verne_post.base.long_text import Text
 from verne_post.base.stopping import check_wanted
 from verne_post.base.team import ALONE, Team
@@ -349,7 +349,8 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
 def cut_at_stops(draft: Draft) -> Draft:
     """``split_at_stops``: standstills where the machine waits for a person; without it such stops are refused."""
     kept = draft.path.moves_with_length
-    timed = np.union1d(kept, draft.moves.dwells)  # what comes before a dwell and what comes after it are two places
+    # what comes before a dwell and what comes after it are two places
+    timed = find_used(np.concatenate([kept, draft.moves.dwells]))
     begin = int(kept[0] if draft.restart is None else timed[np.searchsorted(timed, draft.restart.move)])
     waits = _find_waits(draft.moves, int(kept[0]), optional_stop=draft.options.optional_stop)
     if not draft.options.split_at_stops and any(before > begin for before, _item in waits):

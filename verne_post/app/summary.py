@@ -36,7 +36,8 @@ def list_events_of_parts(program: Program) -> tuple[tuple[Event, ...], ...]:
     dwell stands between two: what comes before it belongs to the first one.
     """
     moves, kept, stops = program.moves, program.path.moves_with_length, program.stops
-    timed = np.setdiff1d(np.union1d(kept, moves.dwells), stops)
+    timed = find_used(np.concatenate([kept, moves.dwells]))
+    timed = timed[~np.isin(timed, stops)]
     before = [event.before for event in moves.events]
     gap, place = np.searchsorted(kept, before), np.searchsorted(timed, before)
     # a part ends in its gap and place; the last one ends after the last motion

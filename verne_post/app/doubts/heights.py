@@ -30,8 +30,9 @@ def check_heights(moves: Moves, begin: int = 0) -> Iterator[Finding]:
     if len(moves) < 2 or not cuts.any():
         return
     tools = find_tool_of_moves(np.arange(len(moves)), 0, moves)
-    _pairs, system = np.unique(np.column_stack([moves.frame, tools]), axis=0, return_inverse=True)
-    system = system.reshape(-1)
+    begins = np.flatnonzero(np.append(True, (np.diff(moves.frame) != 0) | (np.diff(tools) != 0)))
+    _pairs, of_run = np.unique(np.column_stack([moves.frame, tools])[begins], axis=0, return_inverse=True)
+    system = np.repeat(of_run.reshape(-1), np.diff(begins, append=len(moves)))
     end = moves.end[:, :3]
     start = np.vstack([moves.start[None, :3], end[:-1]])
     follows = np.append(False, np.diff(system) == 0)

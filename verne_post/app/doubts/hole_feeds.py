@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
@@ -29,18 +29,16 @@ def check_hole_feeds(moves: Moves, path: ToolPath, machine: Machine, from_move: 
     Links and retracts may have any feed rate, and so may the way down in a hole that is drilled so far. So only moves
     down along the tool count that the next move leaves upwards, with more than 2 mm a turn of a turning spindle.
     """
+    is_fast = (moves.feed_mode == FeedMode.PER_MINUTE) & (moves.spindle > 0)
+    is_fast &= (moves.feed > _TURN_FEED * moves.spindle) & (moves.feed <= PLAUSIBLE["feed rate"].high)
+    is_fast[:from_move] = False
+    if not is_fast.any():
+        return
+    is_fast &= moves.find_of_cycles()
     pitches = np.unique([tap.pitch for tap in moves.taps])
-    of_cycles: Mask | None = None
     for begin, end in iterate_blocks(len(path)):
         rows = _find_plunges(path, begin, min(end, len(path) - 1))
-        move = path.move[rows]
-        speed = moves.spindle[move]
-        is_fast = (moves.feed_mode[move] == FeedMode.PER_MINUTE) & (speed > 0) & (move >= from_move)
-        is_fast &= (moves.feed[move] > _TURN_FEED * speed) & (moves.feed[move] <= PLAUSIBLE["feed rate"].high)
-        if not is_fast.any():
-            continue
-        of_cycles = moves.find_of_cycles() if of_cycles is None else of_cycles
-        if not len(rows := rows[is_fast & of_cycles[move]]):
+        if not len(rows := rows[is_fast[path.move[rows]]]):
             continue
         feeds = moves.feed[path.move[rows]]
         turns = feeds / moves.spindle[path.move[rows]]

@@ -48,6 +48,9 @@ def find_unexecuted_moves(source: Text, moves: Moves) -> Iterator[Finding]:
 
 def _find_copy(source: Text, end: int) -> tuple[int, int] | None:
     """Where the head of a program, from its ``%`` or its number on, stands, and stands again after its end."""
+    after = [line.strip() for line in _list_lines_after(source, end)]
+    if len(after) < _LINES_OF_HEAD:
+        return None
     head = [line.strip() for line in islice(iterate_lines(source), end)]
     first = next((at for at, line in enumerate(head) if _HEAD.match(line)), None)
     if first is None:
@@ -55,7 +58,6 @@ def _find_copy(source: Text, end: int) -> tuple[int, int] | None:
     begin = head[first : first + _LINES_OF_HEAD]
     if len(begin) < _LINES_OF_HEAD:
         return None
-    after = [line.strip() for line in _list_lines_after(source, end)]
     for at, line in enumerate(after):
         if line == begin[0] and after[at : at + _LINES_OF_HEAD] == begin:
             return first + 1, end + 1 + at

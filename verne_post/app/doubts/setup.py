@@ -30,7 +30,7 @@ from verne_post.app.doubts.spindle import (
     check_tool_change,
 )
 from verne_post.app.doubts.tolerances import check_tolerances
-from verne_post.base.arrays import Ints
+from verne_post.base.arrays import Ints, find_used
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
 from verne_post.base.printable import make_printable
@@ -126,10 +126,11 @@ def _find_all(moves: Moves, path: ToolPath, machine: Machine, options: Options, 
     cut_frames: set[int] = set()
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
-        used, first = np.unique(moves.frame[move[move >= 0]], return_index=True)
-        for frame, at in zip(used.tolist(), move[move >= 0][first].tolist(), strict=True):
+        of_program = move[move >= 0]
+        firsts = of_program[np.flatnonzero(np.diff(moves.frame[of_program], prepend=-1))]
+        for frame, at in zip(moves.frame[firsts].tolist(), firsts.tolist(), strict=True):
             systems.setdefault(frame, at)
-        cut_frames.update(np.unique(moves.frame[move[(move >= 0) & (path.feed_time[begin:end] > 0)]]).tolist())
+        cut_frames.update(find_used(moves.frame[move[(move >= 0) & (path.feed_time[begin:end] > 0)]]).tolist())
     unplaced: dict[int, int] = {}  # system -> first move that uses it
     cut_systems: set[int] = set()
     for index, at in sorted(systems.items(), key=lambda item: item[1]):

@@ -48,9 +48,9 @@ def find_candidates(text: bytes) -> Ints:
     signs = np.frombuffer(text, dtype=np.uint8)
     behind_blank = signs[1:][(signs[:-1] == ord(" ")) | (signs[:-1] == ord("\t"))]
     # most programs have neither, and a look at each byte is ten times as fast as the pattern
-    asked = (np.isin(behind_blank, list(b"+-.0123456789")).any(), b"N" in text or b"n" in text)
-    patterns = (pattern for pattern, is_asked in zip(_CANDIDATES, asked, strict=True) if is_asked)
-    found = np.array([match.start() for pattern in patterns for match in pattern.finditer(text)], dtype=np.int64)
+    may_match = (np.isin(behind_blank, list(b"+-.0123456789")).any(), b"N" in text or b"n" in text)
+    patterns = (one for one, may_be in zip(_CANDIDATES, may_match, strict=True) if may_be)
+    found = np.array([match.start() for one in patterns for match in one.finditer(text)], dtype=np.int64)
     if not len(found):
         return np.empty(0, dtype=np.int32)
     ends = np.flatnonzero(signs == ord("\n"))
