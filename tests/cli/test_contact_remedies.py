@@ -235,6 +235,9 @@ FACE_ISO = (
         ("face.nc", FACE_ISO.format("G0 X70.\nG1 Y20."), 9, "G1 in place of G0 (F300 mm/min is in force)"),
         ("fed.nc", FACE_ISO.format("G0 X70. F800."), 9, "G1 in place of G0"),
         ("back.nc", FACE_ISO.format("G0 X70."), 9, ""),  # a retract may be missing as well
+        ("plunge.nc", FACE_ISO.format("G0 X70.").replace("Z-2.\nG1 X-65.", "G1 Z-2."), 8, "G1 in place of G0 (F300"),
+        ("modal.nc", FACE_ISO.format("G0 X70. F800.\nZ50."), 9, ""),  # the retract would become a cut
+        ("turn.nc", FACE_ISO.replace("G1 X-65. F300", "G95 G1 X-65. F0.3").format("G0 X70.\nG1 Y20."), 9, ""),
     ],
 )
 def test_a_rapid_between_cuts_is_given_a_feed_rate(

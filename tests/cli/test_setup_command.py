@@ -89,7 +89,7 @@ def fill(path: Path) -> None:
     ("name", "source", "expected"),
     [
         ("part.nc", FANUC, {
-            "tools": {"1": {"length": "measure", "diameter": 10},
+            "tools": {"1": {"length": "measure", "diameter": 10, "corner_radius": 0},
                       "5": {"length": "measure", "diameter": 6, "corner_radius": 3}},
             "wcs": {"G54": "measure", "G55": "measure"}, "remap": {"M11": "decide"}, "split_at_stops": True,
         }),
@@ -286,8 +286,8 @@ def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> No
     [
         (
             SIEMENS.replace("; PART", '; T="MILL 10" D=10. CR=0. - flat'),
-            '"MILL 10" = { length = "measure", diameter = 10 }  # D=10. CR=0. - flat'
-            " - diameter from this remark, check it",
+            '"MILL 10" = { length = "measure", diameter = 10, corner_radius = 0 }  # D=10. CR=0. - flat'
+            " - diameter and corner_radius from this remark, check it",
         ),
         (
             KLARTEXT.replace("MM\n", "MM\n1 ;  #7 BALL D=6\n", 1).replace('"MILL_10"', "7"),
@@ -376,7 +376,8 @@ def test_a_diameter_of_a_remark_is_taken_and_marked(
     tool = {"length": "measure"} | ({} if diameter is None else {"diameter": diameter})
     written = tomllib.loads(text)["tools"]
     corner = written["1"].pop("corner_radius", None)
-    assert (written, corner) == ({"1": tool}, 4 if "BALL" in remark and diameter else None)
+    expected = 4 if "BALL" in remark and diameter else 0 if "CR=0." in remark and "MILL" in remark else None
+    assert (written, corner) == ({"1": tool}, expected)
     marked = f"diameter{' and corner_radius' * (corner is not None)} from this remark, check it" in text
     told = "taken from remarks, check it: the diameter of tool 1" in answer.err
     assert (marked, told) == (diameter is not None, diameter is not None)
@@ -408,7 +409,7 @@ def test_a_remark_above_the_change_of_tools_is_about_its_tool(
 @pytest.mark.parametrize(
     ("remark", "sizes", "second"),
     [
-        ("(D=10. CR=0. - FLAT)", (10, None), ""),
+        ("(D=10. CR=0. - FLAT)", (10, 0), ""),
         ("(D=8. CR=4. - BALL)\n(FINE)", (8, 4), ""),
         ("(PART)\n(FLAT END MILL D=12)", (12, None), ""),
         ("(TOOL: D=6)", (6, None), ""),
@@ -440,25 +441,27 @@ def test_a_remark_without_a_tool_is_about_the_only_one(
         ("D=10 BALLNOSE", 10, 5),
         ("D=10 BULL NOSE R2", 10, 2),
         ("D=12 CORNER RADIUS 1.5", 12, 1.5),
-        ("D=16 R=8 FLAT", 16, 0),  # half the diameter
+        ("D=16 R=8 FLAT", 16, None),  # half the diameter
         ("D=10 CR=0. - flat end mill", 10, 0),
-        ("D=10 BALL R4", 10, 0),
-        ("D=10 CR=6", 10, 0),
-        ("D=10 CR=1,5", 10, 0),
-        ("D=10 BALL BEARING", 10, 0),
+        ("D=10 CR=0. - bull nose end mill", 10, None),  # of which CR=0 cannot be true
+        ("D=10 CR=0. TAPER=118DEG - DRILL", 10, None),
+        ("D=10 BALL R4", 10, None),
+        ("D=10 CR=6", 10, None),
+        ("D=10 CR=1,5", 10, None),
+        ("D=10 BALL BEARING", 10, None),
         ("D=8 - Kugelfr\u00e4ser", 8, 4),
         ("8. BALL ENDMILL - DIA. - 8.", 8, 4),
         # a flat cutter that was a ball in the stock, of which less was removed
-        ("D=10 END MILL - ROUGH BEFORE BALL", 10, 0),
-        ("D=10 END MILL - ROUGH BEFORE BALL NOSE", 10, 0),
-        ("D=10 VOR KUGELFRAESER", 10, 0),
+        ("D=10 END MILL - ROUGH BEFORE BALL", 10, None),
+        ("D=10 END MILL - ROUGH BEFORE BALL NOSE", 10, None),
+        ("D=10 VOR KUGELFRAESER", 10, None),
         ("D=6 BALL NOSE FOR SURFACE", 6, 3),
-        ("D=8 FINISH ROUGHING BALL", 8, 0),
-        ("D=6 CR=0.5 TAPER=2deg - tapered mill", 6, 0),
-        ("D=20 CR=2 - radius mill", 20, 0),
+        ("D=8 FINISH ROUGHING BALL", 8, None),
+        ("D=6 CR=0.5 TAPER=2deg - tapered mill", 6, None),
+        ("D=20 CR=2 - radius mill", 20, None),
     ],
 )
-def test_a_corner_radius_of_a_remark_is_that_of_a_rounded_edge(remark: str, diameter: float, corner: float) -> None:
+def test_a_corner_radius_of_a_remark_is_that_of_a_mill(remark: str, diameter: float, corner: float | None) -> None:
     assert find_corner_radius(remark, diameter) == corner
 
 
@@ -704,7 +707,8 @@ def test_what_a_program_with_errors_uses_is_not_known(run: Run, tmp_path: Path) 
     [
         ("wcs.G54 = [0, 0, 60]\n", {"wcs": {"G54": [0, 0, 60], "G55": "measure"}}),
         ("wcs.g54 = [0, 0, 60]\n[wcs.x]\n", None),  # it cannot be read
-        ("[tools.5]\nlength = 70\n", {"tools": {"5": {"length": 70}, "1": {"length": "measure", "diameter": 10}}}),
+        ("[tools.5]\nlength = 70\n", {"tools": {
+            "5": {"length": 70}, "1": {"length": "measure", "diameter": 10, "corner_radius": 0}}}),
         ("[tools]\n01 = { length = 70 }\n5.length = 3\n", {"tools": {"01": {"length": 70}, "5": {"length": 3}}}),
         ("tools = { 1 = { length = 80 }, 5 = { length = 3 } }\n", {"tools": {"1": {"length": 80}, "5": {"length": 3}}}),
         ('[remap]\nM11 = "ignore"', {"remap": {"M11": "ignore"}}),  # its last line has no end

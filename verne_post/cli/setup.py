@@ -245,7 +245,7 @@ def _take_sizes(
     taken = {key: named[key] for key, (_, given) in draft.tools.items() if not given and key in named.keys() - known}
     tools = {key: (length, taken.get(key, diameter)) for key, (length, diameter) in draft.tools.items()}
     found = {key: find_corner_radius(remarks[key], diameter) for key, diameter in taken.items()}
-    corners = {key: corner for key, corner in found.items() if corner}
+    corners = {key: corner for key, corner in found.items() if corner is not None}
     marked = {
         key: f"{remarks[key]} - diameter{' and corner_radius' * (key in corners)} from this remark, check it"
         for key in taken

@@ -321,16 +321,20 @@ _OTHER_END: Final = re.compile(
 )
 
 
-def find_corner_radius(remark: str, diameter: float) -> float:
-    """The corner radius, mm, that a remark about a tool of this diameter names; 0 where none, or another end may be."""
+def find_corner_radius(remark: str, diameter: float) -> float | None:
+    """The corner radius, mm, that a remark about a tool of this diameter names; None where none, or another end may be.
+
+    Posts write 0 for tools of all kinds: it is believed of a mill.
+    """
     remark = _OTHER_TOOL.sub("", remark)
     if _OTHER_END.search(remark):
-        return 0.0
+        return None
     is_ball = _is_ball(remark)
     found = {float(number) for number in _CORNER.findall(remark)}
     found |= {float(number) for number in _RADIUS.findall(remark)} if is_ball or _BULL.search(remark) else set()
     found |= {0.5 * diameter} if is_ball else set()
-    return found.pop() if len(found) == 1 and max(found) <= 0.5 * diameter else 0.0
+    radius = found.pop() if len(found) == 1 and max(found) <= 0.5 * diameter else None
+    return radius if radius or (_OTHER_KIND.search(remark) and not _BULL.search(remark)) else None
 
 
 def _is_ball(remark: str) -> bool:

@@ -52,7 +52,7 @@ from verne_post.model.findings import (
     has_line,
     join_lines,
 )
-from verne_post.model.moves import MoveKind
+from verne_post.model.moves import FeedMode, MoveKind
 from verne_post.model.protocols import turn_from_setup
 from verne_post.output.causes import find_excess
 
@@ -96,7 +96,8 @@ def find_forgotten_g91(source: Text, program: Program, errors: Sequence[Finding]
 def find_forgotten_feed(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
     """A feed rate in the first line of errors, a rapid at the height of the cuts beside it; checked with it.
 
-    The line has F, or cuts precede and follow it, in one frame.
+    The line has F, cuts precede and follow it in one frame, or a plunge at a feed rate to its height precedes it. No
+    line after it becomes a cut.
     """
     moves, number = program.moves, min(item.line or 0 for item in errors)
     rows = np.flatnonzero(moves.line == number)
@@ -110,7 +111,11 @@ def find_forgotten_feed(source: Text, program: Program, errors: Sequence[Finding
     level = around[: 2 + int(cuts[2])]
     is_level = bool((moves.frame[level] == moves.frame[row]).all() and np.ptp(moves.end[level, 2]) < LIMIT_SLACK_MM)
     touches = any(item.code == "VP216" and item.line == number for item in errors)
-    if not touches or not cuts[0] or not is_level or not (cuts[2] or find_word(text, "F")):
+    down = moves.end[row - 1, :3] - moves.end[row - 2, :3] if row > 1 else np.zeros(3)
+    plunges = down[2] < 0.0 and np.abs(down[:2]).max() < LIMIT_SLACK_MM
+    if not touches or not cuts[0] or not is_level or not (cuts[2] or plunges or find_word(text, "F")):
+        return None
+    if moves.feed_mode[row - 1] != FeedMode.PER_MINUTE:
         return None
     rate, word = f"F{format_number(float(moves.feed[row - 1]))}", find_word_of(text, "G", 0.0)
     setup = build_interpreter_setup(program.machine, program.options)
@@ -121,7 +126,11 @@ def find_forgotten_feed(source: Text, program: Program, errors: Sequence[Finding
     else:
         return None
     lines[number - 1] = text.replace(said, right, 1).encode()
-    if not is_right_with(b"\n".join(lines), program):
+    tried = try_program(b"\n".join(lines), program, only_first=True)
+    if tried is None or tried[1] or len(tried[0].moves) != len(moves):
+        return None
+    is_other = moves.line != number
+    if not np.array_equal(np.isnan(tried[0].moves.feed)[is_other], np.isnan(moves.feed)[is_other]):
         return None
     told = f"within limits if line {number} cuts at a feed rate: write {right} in place of {said}{in_force}"
     return Remedy(told, right, line=number, misspelt=said, is_choice=True)
