@@ -128,22 +128,30 @@ def drop_excluded(
     excluded = set[Path]()
     for (source, pattern), folders in asked.items():
         matches = {
-            Path(os.path.realpath(folder / one))
+            path
             for folder in folders
             for one in glob.iglob(pattern, root_dir=folder, recursive=True)
+            for path in _list_places(folder / one)
         }
         if not matches:
             echo(make_printable(f"{source}: matches no file"), err=True)
         excluded |= matches
 
     def is_excluded(name: str) -> bool:
-        path = Path(os.path.realpath(name))
-        return name not in named and not excluded.isdisjoint((path, *path.parents))
+        places = _list_places(Path(name))
+        return name not in named and any(not excluded.isdisjoint((path, *path.parents)) for path in places)
 
     kept = [(name, place) for name, place in found if is_dash(name) or not is_excluded(name)]
     if found and not kept and not may_lack:
         raise click.UsageError(f"every program is excluded, by {', '.join(source for source, _pattern in asked)}")
     return kept, len(found) - len(kept)
+
+
+def _list_places(path: Path) -> tuple[Path, Path]:
+    """A folder or file as it is named, and where its folder really is; a file that is a link keeps its own name."""
+    named = Path(os.path.abspath(path))
+    real = Path(os.path.realpath(named))
+    return named, real if named.is_dir() else Path(os.path.realpath(named.parent)) / named.name
 
 
 def is_setup(path: Path) -> bool:
