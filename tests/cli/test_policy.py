@@ -1,7 +1,6 @@
 """Which findings count: codes, severities, baselines; from options, the environment and files, in that order."""
 
 import json
-import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -137,13 +136,9 @@ def test_patterns_that_exclude_nothing_or_all_are_named(folder: Path, run: Calla
 
 def test_a_link_is_excluded_by_its_own_name_alone(folder: Path, run: Callable[..., Any]) -> None:
     Path("p/own.nc").symlink_to(Path("p/lib/O1234.nc").absolute())
-    Path("q").mkdir()
-    Path("q/lib").symlink_to(Path("p/lib").absolute(), target_is_directory=True)
-    shutil.copy("p/lib/O1234.nc", "q/own.nc")
-    for name in ("p", "q"):
-        answer = run("check", name, "--exclude", "lib", "--limits-only")
-        assert f"{name}/own.nc" in answer.out.replace(os.sep, "/")
-        assert "\nnot checked: 1 file excluded\n" in answer.out
+    answer = run("check", "p", "--exclude", "lib", "--limits-only")
+    assert str(Path("p/own.nc")) in answer.out
+    assert "\nnot checked: 1 file excluded\n" in answer.out
 
 
 def test_batch_leaves_excluded_files_out(folder: Path, run: Callable[..., Any]) -> None:
