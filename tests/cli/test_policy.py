@@ -261,20 +261,61 @@ def test_a_baseline_that_is_moved_counts_from_where_its_programs_are(
     text = Path("build/b.json").read_bytes()
     Path("moved.json").write_bytes(text)
     Path("other/p.nc").write_text(BEYOND)
-    gone = "{}: none of its programs is in {}; where they or it have been moved, write it anew\n"
+    anew = "where they or it have been moved, write it anew\n"
+    several = f"../moved.json: several folders have its programs, {root} and {root / 'other'}; {anew}"
     for folder, baseline, code, said in (
         (".", "build/b.json", 0, ""),
         (".", "-", 0, ""),
         (".", "moved.json", 0, f"moved.json has been moved: its paths count from {root}\n"),
         ("other", "../build/b.json", 1, ""),
-        ("other", "../moved.json", 1, gone.format("../moved.json", root.parent)),
+        ("other", "../moved.json", 1, several),
     ):
         monkeypatch.chdir(root / folder)
         answer = run(*job, "--baseline", baseline, stdin=text)
         assert (answer.code, answer.err) == (code, said)
     (root / "p.nc").unlink()
     answer = run(*job, "--baseline", "../b.json")  # it has not been moved
-    assert (answer.code, answer.err) == (1, gone.format("../b.json", root))
+    assert (answer.code, answer.err) == (1, f"../b.json: its programs are gone, such as {root / 'p.nc'}; {anew}")
+
+
+@pytest.mark.parametrize(
+    ("written", "moves", "folder", "baseline", "told"),
+    [
+        ("b.json", [("b.json", "ci/b.json")], ".", "ci/b.json", True),
+        ("b.json", [("b.json", "ci/known/b.json")], "jobs", "../ci/known/b.json", True),
+        ("b.json", [("b.json", "../{root.name}.json")], ".", "../{root.name}.json", True),
+        ("../{root.name}.json", [("../{root.name}.json", "ci/b.json")], "ci", "b.json", True),
+        ("ci/b.json", [("ci", "jobs/ci")], ".", "jobs/ci/b.json", True),
+        ("ci/b.json", [("ci/b.json", "b.json")], "ci", "../b.json", True),
+        ("jobs/b.json", [("jobs", "parts")], ".", "parts/b.json", False),
+        ("b.json", [("jobs", "new/jobs"), ("b.json", "new/b.json")], "ci", "../new/b.json", False),
+    ],
+)
+def test_whatever_is_moved_the_programs_of_a_baseline_are_found(
+    job: tuple[Any, ...],
+    run: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    written: str,
+    moves: list[tuple[str, str]],
+    folder: str,
+    baseline: str,
+    told: bool,
+) -> None:
+    """Whether it is told from where the paths count: not where nothing else has changed its place."""
+    root, options = Path.cwd(), (*job[2:], "--limits-only")
+    for name in ("jobs", "ci/known", "new"):
+        Path(name).mkdir(parents=True)
+    shutil.copy("p.nc", "jobs/p.nc")
+    Path("p.nc").unlink()
+    run("check", root / "jobs" / "p.nc", *options, "--write-baseline", written.format(root=root))
+    for old, new in moves:
+        Path(old.format(root=root)).rename(new.format(root=root))
+    (program,) = root.rglob("p.nc")
+    monkeypatch.chdir(root / folder)
+    name = baseline.format(root=root)
+    answer = run("check", program, *options, "--baseline", name)
+    moved = f"{name} has been moved: its paths count from {root}\n" if told else ""
+    assert (answer.code, answer.err) == (0, moved)
 
 
 def test_a_baseline_of_the_older_layout_has_programs_as_they_were_named(
