@@ -318,6 +318,48 @@ def test_whatever_is_moved_the_programs_of_a_baseline_are_found(
     assert (answer.code, answer.err) == (0, moved)
 
 
+@pytest.mark.parametrize("by", ["option", "settings", "environment"])
+def test_a_baseline_is_written_in_place_of_the_one_that_is_read(
+    job: tuple[Any, ...], run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, by: str
+) -> None:
+    """What the old one exempts is in the new one, ignored or not; the old one need not be there."""
+    job = (*job, "--limits-only", *(("--baseline", Path("known.json").absolute()) if by == "option" else ()))
+    if by == "settings":
+        Path("verne-post.toml").write_text('[check]\nbaseline = "known.json"\n')
+    elif by == "environment":
+        monkeypatch.setenv("VERNE_POST_BASELINE", "./known.json")
+    answer = run(*job, "--write-baseline", "known.json")
+    assert answer.code == 1
+    assert "known.json: written, 2 known findings\n" in answer.err
+    Path("p.nc").write_text(BEYOND.replace("M2", "X30\nM2"))
+    for words, said in (
+        (("--ignore", "VP1"), "3 known findings, with 2 of the 2 known before\n"),
+        ((), "3 known findings, with 3 of the 3 known before\n"),
+    ):
+        answer = run(*job, *words, "--write-baseline", "known.json")
+        assert answer.code == 0
+        assert f"known.json: written, {said}" in answer.err
+    Path("p.nc").write_text(BEYOND)
+    answer = run(*job, "--write-baseline", "known.json")
+    assert "2 known findings, with 2 of the 3 known before" in answer.err
+    assert run(*job).code == 0
+
+
+def test_a_baseline_that_is_not_there_is_refused_unless_one_is_written(
+    job: tuple[Any, ...], run: Callable[..., Any]
+) -> None:
+    none = (*job, "--limits-only", "--baseline", "none.json")
+    assert "--baseline none.json: No such file" in run(*none).err
+    answer = run(*none, "--write-baseline", "known.json")
+    assert answer.code == 1
+    assert "none.json: not there; no finding is known yet\nknown.json: written, 2 known findings\n" in answer.err
+    assert not Path("none.json").exists()
+    assert (
+        "this is the file of --baseline"
+        in run(*none, "--write-baseline", "known.json", "--output-file", "none.json").err
+    )
+
+
 def test_a_baseline_of_the_older_layout_has_programs_as_they_were_named(
     job: tuple[Any, ...], run: Callable[..., Any]
 ) -> None:
