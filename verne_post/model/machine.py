@@ -458,4 +458,4 @@ def _read_numbers(given: object, name: str, right: str) -> Array:
     try:
         return np.asarray(given, dtype=float)
     except (TypeError, ValueError):
-        raise UsageError(name, f"expected {right}; got {type(given).__name__}") from None
+        raise UsageError(name, f"expected {right}; this {type(given).__name__} is no array of numbers") from None
