@@ -67,7 +67,7 @@ With a `sink` no rows are kept: it takes blocks of rows as they are made. Discar
 result = vp.convert(text, "verne", options, sink=lambda block: print(block.first, block.values[0], block.line[0]))
 ```
 
-**Sweep an option.** `changed` makes other options. A refused program has no summary.
+**Sweep an option.** `changed` makes other options, from keywords or a mapping. A refused program has no summary.
 
 ```python
 for tolerance in (0.005, 0.02, 0.05):

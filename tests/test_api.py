@@ -324,7 +324,22 @@ def test_a_tool_number_as_a_name_is_told_with_the_number(name: str) -> None:
         (lambda: vp.check(io.BytesIO(b"M2")), r"source: .*got BytesIO; pass its read\(\)"),  # type: ignore[arg-type]
         (lambda: vp.verify(vp.check(SHORT), SHORT), "setpoints: .*got Result; pass its setpoints"),  # type: ignore[arg-type]
         (lambda: vp.make_report(SHORT, versus=5), "versus: expected bytes, text or a path"),  # type: ignore[arg-type]
-        (lambda: vp.batch(None), "programs: expected several paths or a folder, got NoneType"),  # type: ignore[arg-type]
+        (lambda: vp.batch(None), "programs: expected a path or several, got NoneType"),  # type: ignore[arg-type]
+        (lambda: vp.check(SHORT, OPTIONS), "machine: got Options; pass it by name, as options=...$"),  # type: ignore[arg-type]
+        (lambda: vp.explain(SHORT, 10), "machine: got 10; pass it by name, as line=10$"),  # type: ignore[arg-type]
+        (lambda: vp.explain(SHORT, np.int64(10)), "machine: got 10; pass it by name, as line=10$"),  # type: ignore[arg-type]
+        (lambda: vp.explain(SHORT, "verne", OPTIONS), "line: got Options; pass it by name, as options=...$"),  # type: ignore[arg-type]
+        (lambda: OPTIONS.changed({"tolerence": 0.1}), "tolerence: .*did you mean tolerance?"),
+        (lambda: OPTIONS.changed(0.1), r"0.1 has no name; write for example options.changed\(tool_length=80\)"),  # type: ignore[arg-type]
+        (
+            lambda: vp.load_machine("verne").forward(vp.convert(SHORT, "verne", OPTIONS).setpoints, 80),  # type: ignore[arg-type]
+            r"^q: expected .* setpoints.values / \[column.factor .*\]; this Setpoints is",
+        ),
+        (lambda: vp.load_machine("verne").forward(np.zeros(5), "x"), "tool_length: expected mm; this str is no array"),  # type: ignore[arg-type]
+        (
+            lambda: vp.load_machine("verne").inverse(OPTIONS, (0, 0, 1), 80),
+            "tip: expected places in mm; this Options is no",
+        ),  # type: ignore[arg-type]
         (lambda: vp.batch([], folder=Path(__file__)), "folder: .*expected a pathlib.Path of a folder"),
         (lambda: vp.machined("", SHORT, nominal=b"", distance="1 mm"), "distance: '1 mm': expected mm, 0 or more"),  # type: ignore[arg-type]
         (lambda: vp.machined("", SHORT, nominal=b"", fixtures=[Path("a")]), "fixtures: .*'G54'"),  # type: ignore[list-item]
@@ -845,9 +860,9 @@ def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: 
     [
         (lambda: vp.read_settings(3), "path: expected the name of a file, got int"),  # type: ignore[arg-type]
         (lambda: vp.check(SHORT, "verne", settings="x.toml"), "settings: expected Settings or a pathlib.Path, got str"),
-        (lambda: vp.batch(__file__, "verne"), f"programs: expected several paths or a folder, as [Path('{__file__}')]"),  # type: ignore[arg-type]
-        (lambda: vp.batch("p", "verne"), "programs: p: no such file or folder; expected several paths or a folder"),  # type: ignore[arg-type]
-        (lambda: vp.batch(Path("missing"), "verne"), "programs: missing: no such file or folder; expected several"),
+        (lambda: vp.batch(__file__, "verne"), f"programs: expected a path or several, as Path('{__file__}')"),  # type: ignore[arg-type]
+        (lambda: vp.batch("p", "verne"), "programs: p: no such file or folder; expected a path or several"),  # type: ignore[arg-type]
+        (lambda: vp.batch(Path("missing"), "verne"), "programs: missing: no such file or folder; expected a path or"),
         (lambda: vp.batch([], "verne"), "programs: there is none; the list is empty, or a pattern fits no file"),
         (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str: pass pathlib.Path('a.nc')"),  # type: ignore[list-item]
     ],
@@ -862,6 +877,30 @@ def test_wrong_settings_are_told_one_by_one(tmp_path: Path) -> None:
     with pytest.raises(vp.InputError) as caught:
         vp.read_settings(tmp_path / "verne-post.toml")
     assert [one.code for one in caught.value.findings] == ["VP503", "VP503"]
+
+
+def test_numbers_of_numpy_are_numbers_of_tools_and_systems() -> None:
+    one, parts = np.int64(1), [vp.Cylinder("cutter", 6, 20)]
+    for key in (1, one):
+        tool = vp.Tool(key, key, (0, 0, 80, 0, 0, 0, 0, 0, 0))
+        given = {"wcs": {key: (0, 0, 60)}, "tool_shapes": {key: parts}}
+        made = [vp.Options(tools={key: length}, **given) for length in (80, tool)]  # type: ignore[arg-type]
+        assert (
+            repr(made[0])
+            == repr(made[1])
+            == repr(vp.Options(tools={1: 80}, wcs={1: (0, 0, 60)}, tool_shapes={1: parts}))
+        )  # type: ignore[arg-type, dict-item]
+    with pytest.raises(vp.UsageError, match="neither the number nor the name"):
+        vp.Options(tools={np.float64(1): 80})  # type: ignore[dict-item]
+
+
+def test_options_change_by_a_mapping_as_machines_do() -> None:
+    assert OPTIONS.changed({"air": 5, "tolerance": 1}, tolerance=0.1) == OPTIONS.changed(air=5, tolerance=0.1)
+
+
+def test_a_batch_takes_one_file(part: Path) -> None:
+    (row,) = vp.batch(part, "verne", OPTIONS)
+    assert (row.program, row.ok) == (part, True)
 
 
 def test_a_batch_writes_what_can_run_and_tells_of_the_others(part: Path) -> None:
@@ -1229,7 +1268,11 @@ def test_examples_of_the_docstrings(module: Any) -> None:
 
 def test_the_page_is_made_from_the_docstrings() -> None:
     page = load_maker("make_api").page()
-    for call in ("split() -> tuple[Setpoints, ...]", "changed(**values: Any) -> Options", "forward(q: ndarray"):
+    for call in (
+        "split() -> tuple[Setpoints, ...]",
+        "changed(given: Mapping[str, Any] | None = None, /, **keywords: Any) -> Options",
+        "forward(q: ndarray",
+    ):
         assert f"- `{call}" in page
     assert page == (ROOT / "docs" / "api.md").read_text("utf-8"), "run python docs/make_api.py"
 

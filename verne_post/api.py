@@ -35,6 +35,7 @@ from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
 from verne_post.app.verify import judge_part, read_all_parts, read_rows, verify_index, verify_setpoints
 from verne_post.base.long_text import LongText, Text
+from verne_post.base.printable import escape_unprinted
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
 from verne_post.base.text_tables import format_html_table
@@ -501,7 +502,7 @@ class BatchRow(Struct, frozen=True):
 
     @property
     def again(self) -> bool:
-        """Every program is converted, whatever an earlier run has done."""
+        """Whether rows of an earlier run were kept; never, since :func:`batch` converts every program."""
         return False
 
 
@@ -582,15 +583,14 @@ def batch(
         of another run must not be taken for those of this one. There is no program, or none in a folder.
     """
     _check_callable(progress, "progress")
-    if isinstance(programs, os.PathLike) and Path(programs).is_dir():
+    if isinstance(programs, os.PathLike) and Path(programs).exists():
         programs = [programs]
     if isinstance(programs, str | bytes | os.PathLike):
         name = os.fsdecode(programs)
-        lack = "" if os.path.exists(name) else f"{name}: no such file or folder; "
-        several = f"Path({name!r})" if Path(name).is_dir() else f"[Path({name!r})]"
-        raise UsageError("programs", f"{lack}expected several paths or a folder, as {several}")
+        lack = "" if os.path.exists(name) else f"{escape_unprinted(name)}: no such file or folder; "
+        raise UsageError("programs", f"{lack}expected a path or several, as Path({name!r})")
     if not isinstance(programs, Iterable):
-        raise UsageError("programs", f"expected several paths or a folder, got {type(programs).__name__}")
+        raise UsageError("programs", f"expected a path or several, got {type(programs).__name__}")
     if folder is not None and (not isinstance(folder, str | os.PathLike) or Path(folder).is_file()):
         raise UsageError("folder", f"{folder!r}: expected a pathlib.Path of a folder")
     found, named = _find_programs(programs, None if folder is None else Path(folder))

@@ -268,20 +268,103 @@ def test_a_baseline_that_is_moved_counts_from_where_its_programs_are(
     text = Path("build/b.json").read_bytes()
     Path("moved.json").write_bytes(text)
     Path("other/p.nc").write_text(BEYOND)
-    gone = "{}: none of its programs is in {}; where they or it have been moved, write it anew\n"
+    anew = "where they or it have been moved, write it anew\n"
+    several = f"../moved.json: several folders have its programs, {root} and {root / 'other'}; {anew}"
     for folder, baseline, code, said in (
         (".", "build/b.json", 0, ""),
         (".", "-", 0, ""),
         (".", "moved.json", 0, f"moved.json has been moved: its paths count from {root}\n"),
         ("other", "../build/b.json", 1, ""),
-        ("other", "../moved.json", 1, gone.format("../moved.json", root.parent)),
+        ("other", "../moved.json", 1, several),
     ):
         monkeypatch.chdir(root / folder)
         answer = run(*job, "--baseline", baseline, stdin=text)
         assert (answer.code, answer.err) == (code, said)
     (root / "p.nc").unlink()
     answer = run(*job, "--baseline", "../b.json")  # it has not been moved
-    assert (answer.code, answer.err) == (1, gone.format("../b.json", root))
+    assert (answer.code, answer.err) == (1, f"../b.json: its programs are gone, such as {root / 'p.nc'}; {anew}")
+
+
+@pytest.mark.parametrize(
+    ("written", "moves", "folder", "baseline", "told"),
+    [
+        ("b.json", [("b.json", "ci/b.json")], ".", "ci/b.json", True),
+        ("b.json", [("b.json", "ci/known/b.json")], "jobs", "../ci/known/b.json", True),
+        ("b.json", [("b.json", "../{root.name}.json")], ".", "../{root.name}.json", True),
+        ("../{root.name}.json", [("../{root.name}.json", "ci/b.json")], "ci", "b.json", True),
+        ("ci/b.json", [("ci", "jobs/ci")], ".", "jobs/ci/b.json", True),
+        ("ci/b.json", [("ci/b.json", "b.json")], "ci", "../b.json", True),
+        ("jobs/b.json", [("jobs", "parts")], ".", "parts/b.json", False),
+        ("b.json", [("jobs", "new/jobs"), ("b.json", "new/b.json")], "ci", "../new/b.json", False),
+    ],
+)
+def test_whatever_is_moved_the_programs_of_a_baseline_are_found(
+    job: tuple[Any, ...],
+    run: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    written: str,
+    moves: list[tuple[str, str]],
+    folder: str,
+    baseline: str,
+    told: bool,
+) -> None:
+    """Whether it is told from where the paths count: not where nothing else has changed its place."""
+    root, options = Path.cwd(), (*job[2:], "--limits-only")
+    for name in ("jobs", "ci/known", "new"):
+        Path(name).mkdir(parents=True)
+    shutil.copy("p.nc", "jobs/p.nc")
+    Path("p.nc").unlink()
+    run("check", root / "jobs" / "p.nc", *options, "--write-baseline", written.format(root=root))
+    for old, new in moves:
+        Path(old.format(root=root)).rename(new.format(root=root))
+    (program,) = root.rglob("p.nc")
+    monkeypatch.chdir(root / folder)
+    name = baseline.format(root=root)
+    answer = run("check", program, *options, "--baseline", name)
+    moved = f"{name} has been moved: its paths count from {root}\n" if told else ""
+    assert (answer.code, answer.err) == (0, moved)
+
+
+@pytest.mark.parametrize("by", ["option", "settings", "environment"])
+def test_a_baseline_is_written_in_place_of_the_one_that_is_read(
+    job: tuple[Any, ...], run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, by: str
+) -> None:
+    """What the old one exempts is in the new one, ignored or not; the old one need not be there."""
+    job = (*job, "--limits-only", *(("--baseline", Path("known.json").absolute()) if by == "option" else ()))
+    if by == "settings":
+        Path("verne-post.toml").write_text('[check]\nbaseline = "known.json"\n')
+    elif by == "environment":
+        monkeypatch.setenv("VERNE_POST_BASELINE", "./known.json")
+    answer = run(*job, "--write-baseline", "known.json")
+    assert answer.code == 1
+    assert "known.json: written, 2 known findings\n" in answer.err
+    Path("p.nc").write_text(BEYOND.replace("M2", "X30\nM2"))
+    for words, said in (
+        (("--ignore", "VP1"), "3 known findings, with 2 of the 2 known before\n"),
+        ((), "3 known findings, with 3 of the 3 known before\n"),
+    ):
+        answer = run(*job, *words, "--write-baseline", "known.json")
+        assert answer.code == 0
+        assert f"known.json: written, {said}" in answer.err
+    Path("p.nc").write_text(BEYOND)
+    answer = run(*job, "--write-baseline", "known.json")
+    assert "2 known findings, with 2 of the 3 known before" in answer.err
+    assert run(*job).code == 0
+
+
+def test_a_baseline_that_is_not_there_is_refused_unless_one_is_written(
+    job: tuple[Any, ...], run: Callable[..., Any]
+) -> None:
+    none = (*job, "--limits-only", "--baseline", "none.json")
+    assert "--baseline none.json: No such file" in run(*none).err
+    answer = run(*none, "--write-baseline", "known.json")
+    assert answer.code == 1
+    assert "none.json: not there; no finding is known yet\nknown.json: written, 2 known findings\n" in answer.err
+    assert not Path("none.json").exists()
+    assert (
+        "this is the file of --baseline"
+        in run(*none, "--write-baseline", "known.json", "--output-file", "none.json").err
+    )
 
 
 def test_a_baseline_of_the_older_layout_has_programs_as_they_were_named(

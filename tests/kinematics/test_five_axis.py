@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from verne_post.model.findings import UsageError
 from verne_post.model.moves import Frame
 
 from ..builders import axis_of, rods
@@ -367,9 +368,9 @@ def test_shapes_that_do_not_fit_each_other_raise(machine):
 
 @pytest.mark.parametrize("wrong", ["here", [[1.0, 2.0], [3.0]], [1.0, 2.0, "z"]])
 def test_what_is_not_numbers_raises(machine, wrong):
-    with pytest.raises((TypeError, ValueError)):
+    with pytest.raises(UsageError, match="tip: expected places in mm"):
         machine.inverse(wrong, np.array([0.0, 0.0, 1.0]), 50.0)
-    with pytest.raises((TypeError, ValueError)):
+    with pytest.raises(UsageError, match="q: expected joints in mm and rad"):
         machine.forward(wrong, 50.0)
 
 

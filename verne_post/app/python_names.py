@@ -21,7 +21,9 @@ from verne_post.config.finding_places import place_in_files, show_near
 from verne_post.config.settings import Settings
 from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError, UsageError, list_found
-from verne_post.model.options import OPTIONS, find_about, spell_flag
+from verne_post.model.machine import Machine
+from verne_post.model.option_checks import convert_from_numpy
+from verne_post.model.options import OPTIONS, Options, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK
 from verne_post.output.findings import OF_FILE, choose_remedy
 from verne_post.toolpath.work_offset import Aim
@@ -142,6 +144,8 @@ _SHOWS_ALL: Final = re.compile(
 #: An option as it is written, and the word after it, which may be its value; a line may end between them.
 _FLAG: Final = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?:( |\n +)([^\s;:()\"]*[^\s;:()\",.]))?")
 PLACE: Final = re.compile(r"(G5\d[^=]*)=(.+)")
+#: Kinds of values that only one argument takes.
+_TAKEN_BY: Final[Mapping[type, str]] = {Options: "options", Machine: "machine", Settings: "settings", int: "line"}
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
@@ -160,6 +164,7 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
                 raise UsageError(name, f"an option of the program: pass options=Options({meant}=...)")
             near = f"did you mean {meant}?" if meant else f"the arguments are {', '.join(takes)}"
             raise UsageError(name, f"no such argument; {near}")
+        _refuse_misplaced({**dict(zip(takes, arguments, strict=False)), **named}, takes)
         files = _list_files((*arguments, *named.values()))
         try:
             return _name_within(function(*arguments, **named), files)
@@ -175,6 +180,16 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
             raise error from None
 
     return call
+
+
+def _refuse_misplaced(given: Mapping[str, object], takes: Iterable[str]) -> None:
+    """Refuse what another argument takes: most are optional, and one that is left out moves those after it."""
+    for name, value in given.items():
+        plain = convert_from_numpy(value)
+        right = next((one for kind, one in _TAKEN_BY.items() if isinstance(plain, kind)), name)
+        if right != name and right in takes and not isinstance(plain, bool):
+            shown, value_shown = (plain, plain) if isinstance(plain, int) else (type(plain).__name__, "...")
+            raise UsageError(name, f"got {shown}; pass it by name, as {right}={value_shown}")
 
 
 def _list_files(arguments: Sequence[object]) -> list[str]:

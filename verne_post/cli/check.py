@@ -99,7 +99,12 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 )
 @add_policy_options
 @add_exclude_option
-@click.option("--write-baseline", type=FILE, metavar="FILE", help="Write the current findings as a baseline.")
+@click.option(
+    "--write-baseline",
+    type=FILE,
+    metavar="FILE",
+    help="Write the current findings as a baseline; FILE may be that of --baseline.",
+)
 @click.option(
     "--changed",
     is_flag=True,
@@ -175,7 +180,10 @@ def command(
             return ExitStatus.CLEAN
         programs = [name for name, _place in found]
         expect_options(files, programs, given)
-        policies = {name: make_policy(files, find_own_settings(name), fail_level, **asked) for name in programs}
+        policies = {
+            name: make_policy(files, find_own_settings(name), fail_level, **asked, written=write_baseline)
+            for name in programs
+        }
         machines = load_machines(files, programs, given)
         machine = machines[programs[0]]
     except InputError as error:
@@ -215,8 +223,12 @@ def command(
         baseline, known, left_out = format_baseline(everything, None if is_dash(write_baseline) else write_baseline)
         files.write(write_baseline, "--write-baseline", [baseline])
         if not quiet:
+            before = frozenset[str]().union(*(policy.baseline for policy, _level in policies.values()))
+            rules = {name: replace(policies[name][0], select=(), ignore=()) for name in kept}
+            again = sum(apply_policy(made[name], rule).known for name, rule in rules.items())
+            old = f", with {again} of the {len(before)} known before" if before else ""
             never = f", without {format_count(left_out, 'error')} that cannot be ignored" if left_out else ""
-            say(f"{write_baseline}: written, {format_count(known, 'known finding')}{never}\n")
+            say(f"{write_baseline}: written, {format_count(known, 'known finding')}{old}{never}\n")
     reports = drop_repeated(reports)
     write_report_files(files, report_files, reports, machine)
     if quiet and output_format == "text":
@@ -300,8 +312,12 @@ def make_policy(
     ignore: str | None,
     severity: tuple[str, ...],
     baseline: Path | None,
+    written: Path | None = None,
 ) -> "tuple[Policy, Severity]":
-    """Which findings count, and from which gravity: options and environment before the settings file."""
+    """Which findings count, and from which gravity: options and environment before the settings file.
+
+    ``written`` is the baseline that the run writes; it may replace the one that is read, which need not be there then.
+    """
     from verne_post.output.policy import Policy, find_mistakes, read_baseline
 
     file = settings.check if settings is not None else None
@@ -323,8 +339,14 @@ def make_policy(
     place = "--baseline" if baseline is not None else "settings: check.baseline"
     known = baseline if baseline is not None else Path(file.baseline) if file is not None and file.baseline else None
     policy = Policy(codes["select"], codes["ignore"], weights)
+    level = fail_level or (file.fail_level if file else None) or "error"
+    if known is not None and written is not None and not is_dash(known):
+        place = "--write-baseline" if files.is_same(known, written) else place
+        if not files.has(known):
+            files.note_read(known, place)
+            return replace(policy, note=f"{show_name(known)}: not there; no finding is known yet"), level
     if known is not None:
         text = decode_text(files.read(known, place), "replace")
         fingerprints, folder, note = read_baseline(text, show_name(known), None if is_dash(known) else known)
         policy = replace(policy, baseline=fingerprints, folder=folder, note=note)
-    return policy, fail_level or (file.fail_level if file else None) or "error"
+    return policy, level

@@ -142,6 +142,10 @@ class RunFiles:
             if not stat.S_ISFIFO(os.stat(name).st_mode):
                 Path(name).open("rb").close()
 
+    def is_same(self, name: _Name, other: _Name) -> bool:
+        """Whether two names lead to one file, be it there or not."""
+        return not set(_make_keys(name)).isdisjoint(_make_keys(other))
+
     def has(self, path: Path) -> bool:
         """Whether there is such a file, or a text in its place; a link to nothing counts, and reading refuses it."""
         return os.path.realpath(path) in self.texts or os.path.lexists(path)

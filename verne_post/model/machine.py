@@ -414,8 +414,14 @@ class Machine:
             mm and rad; the table solution with tilt b in [0, pi] and C in (-pi, pi]. NaN where ``ok`` is False.
         ok : ndarray of bool, shape (...)
             True where a real solution in the working mode exists; travel is not checked here.
+
+        Raises
+        ------
+        UsageError
+            An argument is no array of numbers.
         """
-        return self.five_axis.inverse(tip, axis, tool_length)
+        places = (_read_numbers(tip, "tip", "places in mm"), _read_numbers(axis, "axis", "unit vectors"))
+        return self.five_axis.inverse(*places, _read_numbers(tool_length, "tool_length", "mm"))
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Poses of joint values.
@@ -439,8 +445,17 @@ class Machine:
         Raises
         ------
         UsageError
-            ``q`` is the whole answer of :meth:`inverse`.
+            ``q`` is no array of numbers, such as setpoints or the whole answer of :meth:`inverse`.
         """
         if isinstance(q, tuple) and len(q) == 2 and np.asarray(q[1]).dtype.kind == "b":
             raise UsageError("q", "inverse returns (q, ok); pass q")
-        return self.five_axis.forward(q, tool_length)
+        right = "joints in mm and rad, as setpoints.values / [column.factor for column in machine.columns]"
+        return self.five_axis.forward(_read_numbers(q, "q", right), _read_numbers(tool_length, "tool_length", "mm"))
+
+
+def _read_numbers(given: object, name: str, right: str) -> Array:
+    """An argument as an array of numbers; another one is refused with what is right."""
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise UsageError(name, f"expected {right}; this {type(given).__name__} is no array of numbers") from None

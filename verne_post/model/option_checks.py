@@ -116,8 +116,11 @@ def _list_items(value: object, what: str) -> list[Any]:
     return list(listed)
 
 
-def _is_tool_number(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+def _read_tool_number(key: object) -> int:
+    number = convert_from_numpy(key)
+    if not isinstance(number, int) or isinstance(number, bool) or number < 0:
+        raise ValueError(f"{key!r} is neither the number nor the name of a tool")
+    return number
 
 
 def check_mapping(value: object, what: str) -> Mapping[Any, Any]:
@@ -134,6 +137,7 @@ def find_system(value: object) -> int:
     ------
     ValueError
     """
+    value = convert_from_numpy(value)
     if isinstance(value, str) and value.strip().upper() in SYSTEM_NUMBERS:
         return SYSTEM_NUMBERS[value.strip().upper()]
     if isinstance(value, int) and not isinstance(value, bool) and value in SYSTEM_NAMES:
@@ -198,16 +202,16 @@ def check_tools(value: object) -> dict[int, Tool] | None:
     if value is None:
         return None
     found: dict[int, Tool] = {}
-    for key, given in check_mapping(value, "a mapping from number or name of a tool to Tool, or a length").items():
-        if not _is_tool_number(key):
-            raise ValueError(f"{key!r} is neither the number nor the name of a tool")
+    for name, given in check_mapping(value, "a mapping from number or name of a tool to Tool, or a length").items():
+        key = _read_tool_number(name)
         try:
             tool = _make_tool(key, given)
         except ValueError as error:
             raise ValueError(f"tool {key}: {error}") from None
-        if not _is_tool_number(tool.number) or tool.number != key:
+        if isinstance(tool.number, bool) or convert_from_numpy(tool.number) != key:
             raise ValueError(f"tool {key}: expected Tool({key}, ...), got {tool!r}")
-        if not isinstance(tool.pocket, int) or isinstance(tool.pocket, bool):
+        pocket = convert_from_numpy(tool.pocket)
+        if not isinstance(pocket, int) or isinstance(pocket, bool):
             raise ValueError(f"tool {key}: pocket {tool.pocket!r} is not a whole number")
         (diameter,) = check_numbers((tool.diameter,), (1,), f"a diameter of tool {key}", MAX_TOOL)
         if diameter < 0:
@@ -219,7 +223,8 @@ def check_tools(value: object) -> dict[int, Tool] | None:
         if diameter and corner and (mistake := describe_mistake(Cylinder("cutter", diameter, corner_radius=corner))):
             raise ValueError(f"tool {key}: {mistake}")
         x, y, z, a, b, c, u, v, w = check_numbers(tool.offset, (9,), f"nine offsets of tool {key}", MAX_PLACE)
-        found[key] = replace(tool, offset=(x, y, z, a, b, c, u, v, w), diameter=diameter, corner_radius=corner)
+        offset = (x, y, z, a, b, c, u, v, w)
+        found[key] = replace(tool, number=key, pocket=pocket, offset=offset, diameter=diameter, corner_radius=corner)
     return found
 
 
@@ -300,9 +305,8 @@ def check_part(value: object) -> NominalPart | None:
 
 def check_shapes(value: object) -> dict[int, ToolShape]:
     found: dict[int, ToolShape] = {}
-    for key, shape in check_mapping(value, "a mapping from number or name of a tool to cylinders").items():
-        if not _is_tool_number(key):
-            raise ValueError(f"{key!r} is neither the number nor the name of a tool")
+    for name, shape in check_mapping(value, "a mapping from number or name of a tool to cylinders").items():
+        key = _read_tool_number(name)
         parts = tuple(shape) if isinstance(shape, tuple | list) else ()
         if not parts or not all(isinstance(one, Cylinder) for one in parts):
             raise ValueError(f"tool {key}: expected a sequence of Cylinder(part, diameter, length), got {shape!r}")

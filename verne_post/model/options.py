@@ -621,17 +621,27 @@ class Options:
         given = ((name, getattr(self, name), option.default()) for name, option in OPTIONS.items())
         return f"Options({', '.join(f'{name}={value!r}' for name, value, default in given if value != default)})"
 
-    def changed(self, **values: Any) -> "Options":
+    def changed(self, given: Mapping[str, Any] | None = None, /, **keywords: Any) -> "Options":
         """These options with other values for some; validated like new ones.
+
+        Parameters
+        ----------
+        given : mapping, optional
+            Name -> value, as ``Machine.changed`` takes keys: ``{"air": 5}``.
+        **keywords
+            The same as keywords: ``air=5``; they replace those of ``given``.
 
         Raises
         ------
         UsageError
         """
+        if given is not None and not (isinstance(given, Mapping) and all(isinstance(name, str) for name in given)):
+            raise UsageError("options", f"{given!r} has no name; write for example options.changed(tool_length=80)")
+        values = {**(given or {}), **keywords}
         if "control" in values:  # tools given by name keep it
             control = check_value("control", values["control"])
-            given, known = set(list_setup_names(control).values()), list_setup_names(self.control)
-            counted = {name: n for n, name in known.items() if n >= FIRST_NAMED_TOOL and name not in given}
+            named, known = set(list_setup_names(control).values()), list_setup_names(self.control)
+            counted = {name: n for n, name in known.items() if n >= FIRST_NAMED_TOOL and name not in named}
             values["control"] = _add_names(control, counted)
         return Options(**{**self.__dict__, **values})
 

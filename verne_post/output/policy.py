@@ -160,11 +160,13 @@ def _make_naming(folder: Path | None) -> Callable[[str], str]:
 def format_baseline(reports: list[Report], path: Path | None) -> tuple[str, int, int]:
     """A baseline of all findings that may be ignored, how many they are, and how many errors may not.
 
-    The path is that of the baseline; None where it is not known. Paths of programs count from the current folder, so
-    that they hold where the baseline is moved or read from standard input.
+    The path is that of the baseline; None where it is not known. Paths of programs count from its folder, so that both
+    may be moved together, or from the current folder, if the baseline lies outside that.
     """
     known, left_out = {}, 0
-    find_name = _make_naming(None if path is None else Path())
+    place = None if path is None else Path(os.path.realpath(path.parent))
+    base = place if place is None or place.is_relative_to(Path.cwd()) else Path.cwd()
+    find_name = _make_naming(base)
     for report in reports:
         counts: Counter[str] = Counter()
         for item in report.findings:
@@ -173,10 +175,14 @@ def format_baseline(reports: list[Report], path: Path | None) -> tuple[str, int,
             if may_be_denied(item):
                 known[fingerprint] = f"{find_name(report.program)}:{item.line}: {item.code} {item.axis or ''}".rstrip()
     data: dict[str, object] = {"schema": _AS_NAMED, "known": dict(sorted(known.items()))}
-    if path is not None:
-        programs = sorted({find_name(report.program) for report in reports} - {"<stdin>"})
-        places = {"folder": _make_naming(path.parent)("."), "file": find_name(str(path))}
-        data |= {"schema": _FROM_FOLDER, **places, "programs": programs}
+    if path is not None and place is not None:
+        data |= {
+            "schema": _FROM_FOLDER,
+            "place": (place.relative_to(Path.cwd().parent if base is place else place.parent) / path.name).as_posix(),
+            "folder": _make_naming(place)(str(base)),  # from that of the baseline, and from where check was started
+            "start": _make_naming(Path())(str(base)),
+            "programs": sorted({find_name(report.program) for report in reports} - {"<stdin>"}),
+        }
     return format_json(data, 2) + "\n", len(known), left_out
 
 
@@ -186,8 +192,8 @@ def read_baseline(text: str, name: str, path: Path | None) -> tuple[frozenset[st
     Parameters
     ----------
     path : Path or None
-        Of the baseline; None for standard input. One that has been moved finds none of its programs: then its own
-        folder counts, or the current one, if one of them alone has them all.
+        Of the baseline; None for standard input. One that has been moved finds none of its programs: then they count
+        from its new folder, from one above that, or from the current one, if one of them alone has them all.
 
     Raises
     ------
@@ -201,24 +207,34 @@ def read_baseline(text: str, name: str, path: Path | None) -> tuple[frozenset[st
         known = frozenset(map(str, data["known"]))
         if data["schema"] == _AS_NAMED:
             return known, None, ""
-        folder, programs = Path(data["folder"]), [Path(program) for program in data["programs"]]
-        written = PurePath(data["file"])
+        written, folder, start = PurePath(data["place"]), Path(data["folder"]), Path(data["start"])
+        programs = list(map(Path, data["programs"]))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         why = f"its key {error} is missing" if isinstance(error, KeyError) else str(error)
         why = "expected an object with the keys schema and known" if isinstance(error, TypeError) else why
         raise make_input_error("VP503", f"{name}: not a baseline that check has written: {why}") from None
     if path is None:
-        return known, Path(), ""
+        return known, _join(Path.cwd(), start), ""
     place = Path(os.path.realpath(path.parent))
-    own = Path(os.path.normpath(place / folder))
-    if not programs or any((own / program).is_file() for program in programs):
+    own = _join(place, folder)
+    if not programs or any(_join(own, program).is_file() for program in programs):
         return known, own, ""
-    end = [part for part in written.parts if part != ".."]
-    if [*place.parts, path.name][-len(end) :] != end:
-        # in its place the programs are gone, and others of their names would be other ones
-        others = dict.fromkeys((place, Path.cwd()))
-        found = [other for other in others if all((other / program).is_file() for program in programs)]
-        if len(found) == 1:
-            return known, found[0], f"{name} has been moved: its paths count from {make_printable(str(found[0]))}"
-    where = make_printable(str(own))
-    return known, own, f"{name}: none of its programs is in {where}; where they or it have been moved, write it anew"
+    found = []
+    # in its place the programs are gone, and others of their names would be other ones
+    if (place / path.name).parts[-len(written.parts) :] != written.parts:
+        others = dict.fromkeys((place, *place.parents, Path.cwd()))
+        found = [one for one in others if all(_join(one, start, program).is_file() for program in programs)]
+    if len(found) == 1:
+        return known, _join(found[0], start), f"{name} has been moved: its paths count from {_show(found[0])}"
+    gone = f"its programs are gone, such as {_show(_join(own, programs[0]))}"
+    where = f"several folders have its programs, {' and '.join(map(_show, found))}" if found else gone
+    return known, own, f"{name}: {where}; where they or it have been moved, write it anew"
+
+
+def _join(*parts: Path) -> Path:
+    """A path without "..", which would need the folder before it to be there."""
+    return Path(os.path.normpath(Path(*parts)))
+
+
+def _show(path: Path) -> str:
+    return make_printable(str(path))
