@@ -141,6 +141,16 @@ def test_a_link_is_excluded_by_its_own_name_alone(folder: Path, run: Callable[..
     assert "\nnot checked: 1 file excluded\n" in answer.out
 
 
+def test_reports_of_a_run_without_programs_are_empty(folder: Path, run: Callable[..., Any]) -> None:
+    """What the run before had found was uploaded again."""
+    Path("s.sarif").write_text("of the run before")
+    job = ("check", "--changed", "p/a.nc", "--exclude", "p/*")
+    answer = run(*job, "--sarif", "s.sarif", "--output-format", "json")
+    assert (answer.code, json.loads(answer.out)["programs"]) == (0, [])
+    assert json.loads(Path("s.sarif").read_text())["runs"][0]["results"] == []
+    assert run(*job).out == ""
+
+
 def test_batch_leaves_excluded_files_out(folder: Path, run: Callable[..., Any]) -> None:
     answer = run("batch", "p", "-o", "out", "-j", "1", "--tool-length", "60", "--wcs", "G54=0,0,20", "--exclude", "lib")
     assert answer.code == 0

@@ -149,18 +149,19 @@ def command(
     verne-post check programs --fail-level warning
     """
     from verne_post.model.findings import InputError
+    from verne_post.output.reports import FORMATS
 
     def find_own_settings(name: str) -> "Settings | None":
         return find_settings(files, given.get("settings"), name)
 
     own = {name.removesuffix(".toml") for name in inputs} if changed else set()
-    if changed and not (inputs := find_readers(inputs)):
-        return ExitStatus.CLEAN
+    inputs = find_readers(inputs) if changed else inputs
     files = RunFiles()
     found, programs, lacking = list[tuple[str, Path]](), list[str](), None
     named = set[str]()
     try:
-        found, named = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=True)
+        if inputs:
+            found, named = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=True)
     except click.UsageError as error:  # every report that is asked for says it
         lacking = error
     output_file = None if is_dash(output_file) else output_file
@@ -173,10 +174,14 @@ def command(
     try:
         if lacking is not None:
             raise lacking
-        found, excluded = drop_excluded(
-            found, () if changed else named, inputs, exclude, find_own_settings, may_lack=changed
-        )
-        if not found:
+        excluded = 0
+        if inputs:
+            found, excluded = drop_excluded(
+                found, () if changed else named, inputs, exclude, find_own_settings, may_lack=changed
+            )
+        if not found:  # what an earlier run has reported is no report of this one
+            write_report_files(files, report_files, [], None)
+            _emit(files, output_file, FORMATS[output_format]([], None))
             return ExitStatus.CLEAN
         programs = [name for name, _place in found]
         expect_options(files, programs, given)
@@ -200,7 +205,6 @@ def command(
     from verne_post.output.batch_table import count_words
     from verne_post.output.findings import Report, drop_repeated
     from verne_post.output.policy import apply_policy, format_baseline
-    from verne_post.output.reports import FORMATS
 
     made: dict[str, Report] = {}
     # a log that is a terminal, as of act, would show the line of progress before a command, which then is none

@@ -38,7 +38,7 @@ def take_report_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Path]
 
 
 def write_report_files(
-    files: RunFiles, asked: "Mapping[str, Path]", reports: "Sequence[Report]", machine: "Machine"
+    files: RunFiles, asked: "Mapping[str, Path]", reports: "Sequence[Report]", machine: "Machine | None"
 ) -> None:
     """Write the findings of all programs to every file that was asked for."""
     from verne_post.output.reports import FORMATS

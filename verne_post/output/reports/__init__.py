@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from verne_post.model.verdict import Verdict
     from verne_post.output.findings import Report
 
-Writer: TypeAlias = "Callable[[Sequence[Report], Machine], str]"
+Writer: TypeAlias = "Callable[[Sequence[Report], Machine | None], str]"
 FailureWriter: TypeAlias = "Callable[[Verdict, str, Sequence[Finding]], str]"
 
 FORMATS: Final = ModuleTable[Writer](__name__, __path__, "write")

@@ -10,7 +10,7 @@ from verne_post.output.causes import count_causes
 from verne_post.output.findings import Report, make_records
 
 
-def write(reports: Sequence[Report], machine: Machine) -> str:
+def write(reports: Sequence[Report], machine: Machine | None) -> str:
     """One document: each program with its verdict and its findings."""
     programs = []
     for report in reports:
@@ -19,7 +19,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
         programs.append(
             {
                 "program": report.program,
-                "machine": {"name": own.name, "sha256": own.sha256},
+                "machine": None if own is None else {"name": own.name, "sha256": own.sha256},
                 "verdict": report.verdict,
                 "summary": {
                     "errors": errors,

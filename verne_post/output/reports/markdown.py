@@ -21,6 +21,8 @@ _MARKS: Final = re.compile(r"[\\`*_{}\[\]<>|~&$!]")
 
 def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """The programs, how many of each result, and the findings of each as far as a comment has room: tables."""
+    if not reports:
+        return "No program was checked.\n"
     several = any(report.machine is not None for report in reports)
     on = "" if machine is None or several else f" on {_escape(machine.name)}"
     lines, words = [f"| program | result{on} | machining time |", "|---|---|---|"], Counter[str]()
