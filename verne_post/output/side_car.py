@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 from msgspec import structs
@@ -17,7 +17,6 @@ from verne_post.model.options import OPTIONS, Changes, Options, find_about, find
 from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.verification import Verification
 from verne_post.output.cells import blank_nonfinite
-from verne_post.output.setpoints import name_columns
 
 #: Version of the layout.
 SIDE_CAR_SCHEMA: Final = 2
@@ -43,8 +42,16 @@ def describe_rows(summary: Summary) -> dict[str, str]:
     }
 
 
-def format_side_car(summary: Summary) -> str:
-    """Write the facts of a conversion as JSON. The same input gives the same bytes."""
+def format_side_car(summary: Summary, format_name: str, names: Sequence[str], decimals: Sequence[int]) -> str:
+    """Write the facts of a conversion as JSON. The same input gives the same bytes.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the columns that the file has in this format.
+    decimals : sequence of int
+        Of the joints that it has: those that no drive follows are the last ones.
+    """
     from verne_post import __version__
 
     machine = summary.machine
@@ -58,9 +65,10 @@ def format_side_car(summary: Summary) -> str:
         },
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
         "options": summary.options.record(),
+        "format": format_name,
         "columns": {
-            "names": list(name_columns(machine.columns, summary.format.drives)),
-            "decimals": list(summary.format.decimals),
+            "names": list(names),
+            "decimals": list(decimals),
             "rounding_jerk_share": ROUNDING_SHARES[2],
         },
         "cycle_s": summary.format.cycle,
@@ -77,7 +85,7 @@ def format_side_car(summary: Summary) -> str:
         "second_order_bound_s": summary.second_order_bound_s,
         "second_order_bound_toppra_s": summary.toppra_bound_s,
         "tolerance": {"tip_mm": summary.tolerance[0], "axis_deg": DEG_PER_RAD * summary.tolerance[1]},
-        "first_row": list(summary.start),
+        "first_row": list(summary.start[: len(decimals)]),
         "feed_moves": {"all": summary.feed_segments, "feed_reached": summary.feed_reached},
     }
     if summary.shaped is not None:
