@@ -17,6 +17,10 @@ VERNE, TRUNNION, HEXAPOD = (
     list_machine_files()[name].read_text(encoding="utf-8") for name in ("verne", "ac_trunnion", "hexapod")
 )
 
+X, Y = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
+#: y moves the table.
+POSITIVE = 'positive = "tool"                   # the part goes the other way'
+
 
 def warned(*changes, text=VERNE):
     for old, new in changes:
@@ -76,6 +80,11 @@ def test_another_unit_is_warned_of(old, new, words):
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]"), ("[-120.0, 30.0]", "[-180.0, 30.0]")], []),
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]\nup = [0.0, 0.0, -1.0]")], []),
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 1.0, 0.0]")], []),  # a horizontal spindle
+        ([(f"slides = {X}", "slides = [-1, 0, 0]")], ["joints.x.slides: the tool moves in the part by +X towards -x, "
+          "+Y towards +y, +Z towards +z: left-handed"]),
+        ([(f"slides = {X}", "slides = [0, 2, 0]"), (f"slides = {Y}", f"slides = {X}")], ["joints.x.slides: the tool "
+          "moves in the part by +X towards +y, +Y towards +x, +Z towards +z: left-handed"]),
+        ([(f"slides = {X}", "slides = [-1, 0, 0]"), (f"slides = {Y}", "slides = [0, -1, 0]")], []),
         ([("radius = 200.0", "radius = 0.2")], ["table.radius: 0.2 mm is below 10 mm"]),
         ([("velocity = 500.0", "velocity = 0.5")], ["joints.x.velocity: 0.5 mm/s is below 5 mm/s, which no machine "
           "tool has; if m/s were meant, write it as 500 mm/s; likewise joints.y, joints.z"]),
@@ -88,6 +97,24 @@ def test_joints_of_a_chain_are_doubted_by_what_cannot_be_small(changes, said):
     found, _machine = warned(*changes, text=TRUNNION)
     assert len(found) == len(said)
     assert all(one in text for one, text in zip(said, found, strict=True)), found
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "cure"),
+    [
+        ((POSITIVE, ""), "positive", 'jog Y +10: write positive = "tool" if the table moves towards -y'),
+        ((POSITIVE, 'positive = "part"'), "slides", "jog Y +10: reverse it if the table moves towards -y"),
+    ],
+)
+def test_a_table_counted_by_its_own_motion_mirrors_the_part(change, key, cure):
+    (text,), machine = warned(change, text=TRUNNION)
+    assert text.startswith(f"mine.toml: joints.y.{key}: ")
+    assert text.endswith(cure)
+    tip, _axis, _ok = machine.forward([[0.0, 10.0, 0.0, 0.0, 0.0]], 0.0)
+    still, _axis, _ok = machine.forward([[0.0, 0.0, 0.0, 0.0, 0.0]], 0.0)
+    assert (tip - still)[0, 1] == pytest.approx(-10.0)
+    turned = ("slides = [0.0, 1.0, 0.0]", "slides = [0.0, -1.0, 0.0]")  # so that the table is described rightly
+    assert warned(change, turned, text=TRUNNION)[0] == []
 
 
 def test_legs_in_metres_are_one_finding():
