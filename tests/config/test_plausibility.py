@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import verne_post as vp
-from verne_post.app.capability import describe_moves
+from verne_post.app.capability import describe_home, describe_moves
 from verne_post.config import list_machine_files
 from verne_post.config.load import build_machine
 
@@ -125,6 +125,47 @@ def test_legs_in_metres_are_one_finding():
     found, _machine = warned((HEXAPOD.partition("[home]")[0], chain), text=HEXAPOD)
     assert [text.split(": ")[1] for text in found] == ["chain.gauge", "carrier.struts"], found
     assert "lengths up to 0." in found[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "said"),
+    [
+        (
+            "hexapod",
+            "base = [586.88, -124.74",
+            "base = [58.69, -124.74",
+            "struts, value 1: at home it is 908.996 mm long",
+        ),
+        ("hexapod", "base = [-401.5, 445.9, 0.0]", "base = [-401.5, 44.59, 0.0]", "struts, value 4: at home it is"),
+        ("hexapod", "home = [0.0, 0.0, 900.0]", "home = [30.0, 20.0, 900.0]", None),  # not in the middle
+        (
+            "hexam",
+            'rod = 900.0, by = "q5"',
+            'rod = 950.0, by = "q5"',
+            "rods, value 5: it is 950 mm long, and the other",
+        ),
+        ("hexam", 'rod = 900.0, by = "q5"', 'rod = 900.4, by = "q5"', None),  # as measured
+    ],
+)
+def test_one_leg_of_six_unlike_the_others_is_doubted(name, old, new, said):
+    found, _machine = warned((old, new), text=list_machine_files()[name].read_text(encoding="utf-8"))
+    assert [f"mine.toml: carrier.{said}" in text for text in found] == ([] if said is None else [True])
+
+
+def test_a_leg_is_named_by_its_place_in_the_file_whatever_the_order_of_the_actuators():
+    text = list_machine_files()["hexam"].read_text(encoding="utf-8").replace('"q1", "q2"', '"q2", "q1"')
+    with pytest.raises(vp.InputError, match=r"carrier\.rods, value 2: at home it is [\d.]+ mm too short"):
+        warned(('rod = 900.0, by = "q2"', 'rod = 90.0, by = "q2"'), text=text)
+
+
+def test_legs_at_home_are_told_as_on_the_drawing():
+    text = next(describe_home(warned(text=HEXAPOD)[1]))
+    length = math.dist((173.664594, -180.0, 900.0), (586.88, -124.74, 0.0))
+    there = f"{650.0 - length:+.3f} and {1600.0 - length:+.3f} mm"
+    assert text == f"l1: {length:.3f} mm at home; its travel of 650 to 1600 mm goes from there by {there}"
+    assert next(text[:22] for text in describe_home(warned()[1])) == "rho1: 264.125 mm at g2"
+    for name in ("ac_trunnion", "serial"):
+        assert list(describe_home(vp.load_machine(name))) == []
 
 
 @pytest.mark.parametrize("place", ["[0.03, -0.07, 0.0]", "[0.0, 0.0, 0.0]"])
