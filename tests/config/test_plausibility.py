@@ -17,7 +17,6 @@ VERNE, TRUNNION, HEXAPOD = (
     list_machine_files()[name].read_text(encoding="utf-8") for name in ("verne", "ac_trunnion", "hexapod")
 )
 
-X, Y = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
 #: y moves the table.
 POSITIVE = 'positive = "tool"                   # the part goes the other way'
 
@@ -80,11 +79,12 @@ def test_another_unit_is_warned_of(old, new, words):
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]"), ("[-120.0, 30.0]", "[-180.0, 30.0]")], []),
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]\nup = [0.0, 0.0, -1.0]")], []),
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 1.0, 0.0]")], []),  # a horizontal spindle
-        ([(f"slides = {X}", "slides = [-1, 0, 0]")], ["joints.x.slides: the tool moves in the part by +X towards -x, "
-          "+Y towards +y, +Z towards +z: left-handed"]),
-        ([(f"slides = {X}", "slides = [0, 2, 0]"), (f"slides = {Y}", f"slides = {X}")], ["joints.x.slides: the tool "
-          "moves in the part by +X towards +y, +Y towards +x, +Z towards +z: left-handed"]),
-        ([(f"slides = {X}", "slides = [-1, 0, 0]"), (f"slides = {Y}", "slides = [0, -1, 0]")], []),
+        ([("slides = [1.0, 0.0, 0.0]", "slides = [-1, 0, 0]")], ["joints.x.slides: the tool moves in the part by +X "
+          "towards -x, +Y towards +y, +Z towards +z: left-handed"]),
+        ([("slides = [1.0, 0.0, 0.0]", "slides = [0, 2, 0]"), ("slides = [0.0, 1.0, 0.0]", "slides = [1, 0, 0]")],
+         ["joints.x.slides: the tool moves in the part by +X towards +y, +Y towards +x, +Z towards +z: left-handed"]),
+        ([("slides = [1.0, 0.0, 0.0]", "slides = [-1, 0, 0]"), ("slides = [0.0, 1.0, 0.0]", "slides = [0, -1, 0]")],
+         []),
         ([("radius = 200.0", "radius = 0.2")], ["table.radius: 0.2 mm is below 10 mm"]),
         ([("velocity = 500.0", "velocity = 0.5")], ["joints.x.velocity: 0.5 mm/s is below 5 mm/s, which no machine "
           "tool has; if m/s were meant, write it as 500 mm/s; likewise joints.y, joints.z"]),
