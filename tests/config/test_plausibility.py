@@ -9,13 +9,16 @@ from typing import Any
 import pytest
 
 import verne_post as vp
-from verne_post.app.capability import describe_moves
+from verne_post.app.capability import describe_home, describe_moves
 from verne_post.config import list_machine_files
 from verne_post.config.load import build_machine
 
 VERNE, TRUNNION, HEXAPOD = (
     list_machine_files()[name].read_text(encoding="utf-8") for name in ("verne", "ac_trunnion", "hexapod")
 )
+
+#: y moves the table.
+POSITIVE = 'positive = "tool"                   # the part goes the other way'
 
 
 def warned(*changes, text=VERNE):
@@ -76,6 +79,12 @@ def test_another_unit_is_warned_of(old, new, words):
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]"), ("[-120.0, 30.0]", "[-180.0, 30.0]")], []),
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, -1.0]\nup = [0.0, 0.0, -1.0]")], []),
         ([("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 1.0, 0.0]")], []),  # a horizontal spindle
+        ([("slides = [1.0, 0.0, 0.0]", "slides = [-1, 0, 0]")], ["joints.x.slides: the tool moves in the part by +X "
+          "towards -x, +Y towards +y, +Z towards +z: left-handed"]),
+        ([("slides = [1.0, 0.0, 0.0]", "slides = [0, 2, 0]"), ("slides = [0.0, 1.0, 0.0]", "slides = [1, 0, 0]")],
+         ["joints.x.slides: the tool moves in the part by +X towards +y, +Y towards +x, +Z towards +z: left-handed"]),
+        ([("slides = [1.0, 0.0, 0.0]", "slides = [-1, 0, 0]"), ("slides = [0.0, 1.0, 0.0]", "slides = [0, -1, 0]")],
+         []),
         ([("radius = 200.0", "radius = 0.2")], ["table.radius: 0.2 mm is below 10 mm"]),
         ([("velocity = 500.0", "velocity = 0.5")], ["joints.x.velocity: 0.5 mm/s is below 5 mm/s, which no machine "
           "tool has; if m/s were meant, write it as 500 mm/s; likewise joints.y, joints.z"]),
@@ -90,6 +99,24 @@ def test_joints_of_a_chain_are_doubted_by_what_cannot_be_small(changes, said):
     assert all(one in text for one, text in zip(said, found, strict=True)), found
 
 
+@pytest.mark.parametrize(
+    ("change", "key", "cure"),
+    [
+        ((POSITIVE, ""), "positive", 'jog Y +10: write positive = "tool" if the table moves towards -y'),
+        ((POSITIVE, 'positive = "part"'), "slides", "jog Y +10: reverse it if the table moves towards -y"),
+    ],
+)
+def test_a_table_counted_by_its_own_motion_mirrors_the_part(change, key, cure):
+    (text,), machine = warned(change, text=TRUNNION)
+    assert text.startswith(f"mine.toml: joints.y.{key}: ")
+    assert text.endswith(cure)
+    tip, _axis, _ok = machine.forward([[0.0, 10.0, 0.0, 0.0, 0.0]], 0.0)
+    still, _axis, _ok = machine.forward([[0.0, 0.0, 0.0, 0.0, 0.0]], 0.0)
+    assert (tip - still)[0, 1] == pytest.approx(-10.0)
+    turned = ("slides = [0.0, 1.0, 0.0]", "slides = [0.0, -1.0, 0.0]")  # so that the table is described rightly
+    assert warned(change, turned, text=TRUNNION)[0] == []
+
+
 def test_legs_in_metres_are_one_finding():
     def shrink(found):
         return re.sub(r"-?\d+\.\d+", lambda number: repr(float(number[0]) / 1000.0), found[0])
@@ -98,6 +125,47 @@ def test_legs_in_metres_are_one_finding():
     found, _machine = warned((HEXAPOD.partition("[home]")[0], chain), text=HEXAPOD)
     assert [text.split(": ")[1] for text in found] == ["chain.gauge", "carrier.struts"], found
     assert "lengths up to 0." in found[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "said"),
+    [
+        (
+            "hexapod",
+            "base = [586.88, -124.74",
+            "base = [58.69, -124.74",
+            "struts, value 1: at home it is 908.996 mm long",
+        ),
+        ("hexapod", "base = [-401.5, 445.9, 0.0]", "base = [-401.5, 44.59, 0.0]", "struts, value 4: at home it is"),
+        ("hexapod", "home = [0.0, 0.0, 900.0]", "home = [30.0, 20.0, 900.0]", None),  # not in the middle
+        (
+            "hexam",
+            'rod = 900.0, by = "q5"',
+            'rod = 950.0, by = "q5"',
+            "rods, value 5: it is 950 mm long, and the other",
+        ),
+        ("hexam", 'rod = 900.0, by = "q5"', 'rod = 900.4, by = "q5"', None),  # as measured
+    ],
+)
+def test_one_leg_of_six_unlike_the_others_is_doubted(name, old, new, said):
+    found, _machine = warned((old, new), text=list_machine_files()[name].read_text(encoding="utf-8"))
+    assert [f"mine.toml: carrier.{said}" in text for text in found] == ([] if said is None else [True])
+
+
+def test_a_leg_is_named_by_its_place_in_the_file_whatever_the_order_of_the_actuators():
+    text = list_machine_files()["hexam"].read_text(encoding="utf-8").replace('"q1", "q2"', '"q2", "q1"')
+    with pytest.raises(vp.InputError, match=r"carrier\.rods, value 2: at home it is [\d.]+ mm too short"):
+        warned(('rod = 900.0, by = "q2"', 'rod = 90.0, by = "q2"'), text=text)
+
+
+def test_legs_at_home_are_told_as_on_the_drawing():
+    text = next(describe_home(warned(text=HEXAPOD)[1]))
+    length = math.dist((173.664594, -180.0, 900.0), (586.88, -124.74, 0.0))
+    there = f"{650.0 - length:+.3f} and {1600.0 - length:+.3f} mm"
+    assert text == f"l1: {length:.3f} mm at home; its travel of 650 to 1600 mm goes from there by {there}"
+    assert next(text[:22] for text in describe_home(warned()[1])) == "rho1: 264.125 mm at g2"
+    for name in ("ac_trunnion", "serial"):
+        assert list(describe_home(vp.load_machine(name))) == []
 
 
 @pytest.mark.parametrize("place", ["[0.03, -0.07, 0.0]", "[0.0, 0.0, 0.0]"])

@@ -145,7 +145,9 @@ def refuse(name, *pairs):
 
 def test_wrong_rods_are_refused_with_a_reason():
     six = "platform = [213.205080756888, -30.717967697245, 0], slider = [429.711431702997, -155.717967697245, 0]"
-    assert "rod.1: at home it needs rho1 at" in refuse("urane_sx", ("[-80, 450, 0]", "[-80, 450.5, 0]"))
+    text = refuse("urane_sx", ("[-80, 450, 0]", "[-80, 450.5, 0]"))
+    assert "module: rod, value 1 and value 2: these two rods of rho1 do not fit each other: at home value 1" in text
+    assert "450.5" in text
     assert "too short to reach its rail" in refuse("urane_sx", ("length = 700", "length = 200"))
     assert "expected a direction" in refuse("urane_sx", ("rail = [0, 0, 1]", "rail = [0, 0, 0]"))
     assert "none is moved by rho1" in refuse("urane_sx", ('by = "rho1"', 'by = "rho2"'), ('by = "rho1"', 'by = "rho2"'))

@@ -193,7 +193,7 @@ def test_margins_are_those_of_the_rods() -> None:
          "too many: central"),
         ("smallest_drop_mm = 100.0", "", "missing: smallest_drop_mm"),
         ("rail = [0, -0.5, 0.866025404], rod = 750", "rail = [0, 0, 0], rod = 750", "expected a direction"),
-        ("rod = 750", "rod = 760", "but another rod needs it"),
+        ("rod = 750", "rod = 760", "carrier.rods, value 1 and value 2: these two rods of q1 do not fit each other"),
         ("slider = [-100, 700, 0]", "slider = [-90, 700, 0]", ""),
         ('by = "q3"', 'by = "q2"', ""),
         ("travel_mm = [-200.0, 750.0]", "slides = [0, 0, 1]\ntravel_mm = [-200.0, 750.0]",

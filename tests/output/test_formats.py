@@ -364,6 +364,38 @@ def test_the_table_has_the_files_of_the_folder(run: Callable[..., Any]) -> None:
     assert f"[{'|'.join(FORMATS)}]" in "".join(run("convert", "--help").out.split())
 
 
+@pytest.mark.parametrize("file_format", FORMATS)
+def test_meta_names_the_format_and_the_columns_of_its_file(
+    file_format: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """On six legs, where some formats have two columns more than others."""
+    program, output, meta = tmp_path / "p.nc", tmp_path / "o", tmp_path / "m.json"
+    program.write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X4 F3000\nM2\n", encoding="utf-8")
+    place = ("--machine", "hexapod", "--tool-length", 60, "--wcs", "G54=0,0,200")
+    assert run("convert", program, *place, "--format", file_format, "-o", output, "--meta", meta).code == 0
+    data, raw = json.loads(meta.read_text(encoding="utf-8")), output.read_bytes()
+    names, n_rows, joints = data["columns"]["names"], data["rows"], 6
+    if file_format == "csv":
+        assert ",".join(names) == raw.decode().splitlines()[0]
+        joints = len(names) - 2
+    elif file_format == "twincat":
+        assert len(raw) == 8 * len(names) * n_rows
+    elif file_format in ("linuxcnc", "pvt"):
+        assert {len(re.split("[ ,]", line)) for line in raw.decode().splitlines()} == {len(names)}
+    elif file_format == "npz":
+        archive = np.load(output)
+        assert names == ["t", *archive["columns"].tolist(), "line"]
+        joints = archive["values"].shape[1]
+    elif file_format == "ros2":
+        assert [name.partition("_")[0] for name in names] == json.loads(raw.split(b"\n")[0].partition(b": ")[2])
+    else:
+        parquet = pytest.importorskip("pyarrow.parquet")
+        assert names == parquet.read_table(output).column_names
+        joints = len(names) - 2
+    assert data["format"] == file_format
+    assert len(data["columns"]["decimals"]) == len(data["first_row"]) == joints
+
+
 @pytest.mark.parametrize("command", ["convert", "batch"])
 def test_a_former_name_says_what_to_do(command: str, tmp_path: Path, run: Callable[..., Any]) -> None:
     answer = run(command, "p.nc", *PLACE, "--format", "ros2-json", "-o", tmp_path / "o")
@@ -380,7 +412,7 @@ def write(rows):
     yield f"{len(rows.line)} rows\\n".encode()
 
 
-FORMAT = FileFormat(write, ".dummy")
+FORMAT = FileFormat(write, ".dummy", lambda rows: rows.name_joints())
 """
 
 

@@ -183,7 +183,7 @@ def convert_to_files(
         _remove_parts(outputs.rows)
         files.write(outputs.rows, "-o", file_format.choose_writer(outputs.rows.suffix)(rows))
     if outputs.meta is not None:
-        files.write(outputs.meta, "--meta", [format_side_car(result.summary)])
+        files.write(outputs.meta, "--meta", [format_side_car(result.summary, outputs.file_format, rows)])
     if outputs.events is not None:
         files.write(outputs.events, "--events", [format_events(result.summary, outputs.events.suffix)])
     if outputs.parameters is not None:

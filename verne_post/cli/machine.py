@@ -193,6 +193,7 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
         return 0
     echo(files.read(find_machine_path(name), "NAME|FILE").decode("utf-8"), nl=False)
     if machine.module is None:
+        from verne_post.app.capability import describe_home
         from verne_post.kinematics.chain.senses import describe_senses
 
         echo(
@@ -200,6 +201,8 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
             "with the machine."
         )
         for text in describe_senses(machine):
+            echo(f"# {text}")
+        for text in describe_home(machine):
             echo(f"# {text}")
     return 0
 
@@ -268,7 +271,7 @@ def validate(name: str) -> int:
     try:
         files = RunFiles()
         machine = load(files, name)
-        from verne_post.app.capability import describe_moves
+        from verne_post.app.capability import describe_home, describe_moves
         from verne_post.base.numbers import format_count
         from verne_post.config import validate_machine
         from verne_post.config.chain import describe_skew_joints
@@ -286,7 +289,7 @@ def validate(name: str) -> int:
     for group, source in machine.provenance.items():
         echo(f"  {group}: {source}")
     data = read_toml(files.read(name if is_dash(name) else find_machine_path(name), "--machine"))
-    for text in (*describe_skew_joints(data), *describe_moves(machine)):
+    for text in (*describe_skew_joints(data), *describe_home(machine), *describe_moves(machine)):
         echo(f"  {text}")
     if machine.unlimited:
         echo(f"  not limited: {machine.unlimited}")

@@ -127,7 +127,7 @@ class CarrierFile(Table, frozen=True, kw_only=True):
         if self.central is not None:
             expect_direction("central.first_axis", self.central.first_axis)
         for k, rod in enumerate(self.rods or ()):
-            expect_direction(f"rods.{k}.rail", rod.rail)
+            expect_direction(f"rods, value {k + 1}.rail", rod.rail)
 
 
 def describe_refused_carrier(carrier: object, schema: object) -> str | None:
@@ -152,7 +152,7 @@ def build_carrier_machine(
         return build_carried_machine(file, chain, to_polar, part_zero, names)
     rods = [Rod(rod.platform, rod.slider, rod.rail, rod.rod, rod.by) for rod in file.rods]
     sliders = file.home_actuators_mm or []
-    module = RodsModule(file.home, sliders, rods, file.largest_turn_deg, tuple(file.actuators))
+    module = RodsModule(file.home, sliders, rods, file.largest_turn_deg, tuple(file.actuators), "carrier.rods")
     if module.tilts:
         raise ValueError(
             "the rods of a slider do not stay parallel, so that the platform turns as it moves; in a chain "
@@ -170,10 +170,12 @@ def _build_hexapod(file: CarrierFile, chain: ChainMachine, to_polar: Array, part
         struts = {strut.length: strut for strut in file.struts or ()}
         joints = [(struts[name].platform, struts[name].base) for name in names]
         rails = rods = None
+        key, moved = "struts", [strut.length for strut in file.struts or ()]
     else:
         ordered = [{rod.by: rod for rod in file.rods}[name] for name in names]
         joints = [(rod.platform, rod.slider) for rod in ordered]
         rails, rods = [rod.rail for rod in ordered], [rod.rod for rod in ordered]
+        key, moved = "rods", [rod.by for rod in file.rods]
     legs = SixLegs(
         file.home,
         [end for end, _foot in joints],
@@ -182,6 +184,7 @@ def _build_hexapod(file: CarrierFile, chain: ChainMachine, to_polar: Array, part
         rails,
         rods,
         file.home_actuators_mm,
+        [f"carrier.{key}, value {moved.index(name) + 1}" for name in names],
     )
     return HexapodMachine(
         chain,

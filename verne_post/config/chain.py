@@ -34,7 +34,7 @@ from verne_post.kinematics.chain.coordinates import ChainCoordinates
 from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.machine import ChainMachine, Rotary
 from verne_post.kinematics.chain.pair import PARALLEL, RIGHT_ANGLE, build_pair
-from verne_post.kinematics.chain.senses import is_upside_down
+from verne_post.kinematics.chain.senses import is_upside_down, name_direction
 from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
@@ -434,7 +434,11 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
             key: escape_unprinted(value) for key, value in asdict(file.provenance).items() if value is not None
         },
         drives=convert_drives(file.drives, columns, limits, file_name),
-        warnings=(*find_implausible_in_chain(data, file_name), *_find_reversed_axis(file, geometry, limits, file_name)),
+        warnings=(
+            *find_implausible_in_chain(data, file_name),
+            *_find_reversed_axis(file, geometry, limits, file_name),
+            *_find_mirrored_axes(file, geometry, file_name),
+        ),
         vibration=convert_vibration(file.vibration),
     )
 
@@ -451,6 +455,35 @@ def _find_reversed_axis(
             f"spindle: is [{meant}] meant, or chain.up the other way?"
         )
         yield make_finding("VP505", text, advice="Reverse chain.axis, or chain.up, whichever is wrong.")
+
+
+def _find_mirrored_axes(file: ChainMachineFile, geometry: _Geometry, file_name: str) -> Iterator[Finding]:
+    """VP505 of x, y, z that move the tool against the part along left-handed directions: one sense is wrong."""
+    machine = geometry.machine
+    if not isinstance(machine, ChainMachine) or np.linalg.det(machine.linear) > 0.0:
+        return
+    ways = dict(zip(_LINEAR, map(name_direction, (geometry.pair.directions.T @ machine.linear).T), strict=True))
+    moves = ", ".join(f"+{name.upper()} towards {way}" for name, way in ways.items())
+    against = [name for name, way in ways.items() if way == f"-{name}"]
+    default = [name for name in against if name in file.chain.part and file.joints[name].positive is None]
+    if len(default) == 1:
+        (name,) = default
+        key, cure = f"joints.{name}.positive", f'write positive = "tool" if the table moves towards -{name}'
+        jog = f"{name.upper()} +10"
+    elif len(against) == 1:
+        (name,) = against
+        end = "table moves towards -" if name in file.chain.part else "tool moves towards +"
+        key, cure = f"joints.{name}.slides", f"reverse it if the {end}{name}"
+        jog = f"{name.upper()} +10"
+    else:
+        names = [name for name, way in ways.items() if way[1] != name] or list(_LINEAR)
+        key, jog = f"joints.{names[0]}.slides", " and ".join(f"{name.upper()} +10" for name in names)
+        cure = f"correct {' and '.join(f'joints.{name}' for name in names)} where the tool moves another way"
+    text = (
+        f"{file_name}: {key}: the tool moves in the part by {moves}: left-handed, as no machine tool counts "
+        f"(ISO 841), so that every part would be its mirror image; jog {jog}: {cure}"
+    )
+    yield make_finding("VP505", text, advice=f"Jog {jog}, see where the tool goes, and correct the machine file.")
 
 
 def _convert_limits(file: ChainMachineFile, named: dict[str, JointFile], columns: tuple[Column, ...]) -> Limits:

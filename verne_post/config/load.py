@@ -297,7 +297,7 @@ def _build_reachable(data: dict[str, Any], raw: bytes, file_name: str, read: Cal
     """The machine of the tables of a file, and which of its stored positions are out of reach."""
     machine = _build_machine(data, raw, file_name, read)
     unreachable: list[Finding] = []
-    for name, home, ok, _q in _solve_stored(machine):
+    for name, home, ok, _q in solve_stored(machine):
         if not ok:
             what = f"home.{name} = {list(home)} is out of reach, and so is the program"
             meant = () if unreachable else tuple(_find_meant_lengths(data, raw, file_name, read, name))
@@ -335,7 +335,7 @@ def _find_meant_lengths(
                 other = _build_machine({**data, "module": {**data["module"], key: right}}, raw, file_name, read)
             except InputError:
                 continue  # no such machine
-            if all(ok for stored, _home, ok, _q in _solve_stored(other) if stored == name) and not other.warnings:
+            if all(ok for stored, _home, ok, _q in solve_stored(other) if stored == name) and not other.warnings:
                 yield f"module.{key}", value, right
 
 
@@ -607,7 +607,7 @@ def _stack_ends(points: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:
 # --- does the machine make sense -----------------------------------------------------------------
 
 
-def _solve_stored(machine: Machine) -> Iterator[tuple[str, tuple[float, ...], bool, Array]]:
+def solve_stored(machine: Machine) -> Iterator[tuple[str, tuple[float, ...], bool, Array]]:
     """Each stored position: its name, its numbers, whether there is a pose, and the joints."""
     stored = () if machine.home is None else ("g28", "g30", "park")
     for name in stored:
@@ -629,7 +629,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
         Empty when the machine is sound.
     """
     findings: list[Finding] = []
-    for name, home, ok, q in _solve_stored(machine):
+    for name, home, ok, q in solve_stored(machine):
         if not ok:
             findings.append(make_finding("VP501", f"home.{name} = {list(home)} is out of reach"))
             continue

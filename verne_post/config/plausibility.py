@@ -11,6 +11,10 @@ from verne_post.model.plausibility import compare, compare_largest
 _OF_AXES: Final = ("mm", "deg", "velocity", "acceleration", "jerk")
 #: Seconds to the full speed, and from rest to the full acceleration.
 _RAMPS: Final = (("velocity", "acceleration", 5e-4, 60.0), ("acceleration", "jerk", 1e-4, 30.0))
+#: Shares of the length of the legs of a carrier: five are alike within one, as built, and the sixth is odd beyond one.
+_LEGS: Final = 6
+_ALIKE: Final = 1e-3
+_ODD: Final = 1e-2
 #: Other keys with a row of their own.
 _OF_BODIES: Final = (
     "table.pivot",
@@ -64,6 +68,7 @@ def find_implausible_in_chain(data: dict[str, Any], file_name: str) -> list[Find
     texts += compare_largest("chain.gauge", (distance,), "chain.gauge", "a distance from chain.part_zero of ")
     for key, lengths in _list_legs(data.get("carrier", {})):
         texts += compare_largest(f"carrier.{key}", lengths, "module", "lengths up to ")
+        texts += _find_odd_leg(key, lengths)
     return _make_findings([*texts, *_compare_the_rest(data)], file_name)
 
 
@@ -93,6 +98,19 @@ def _list_legs(carrier: dict[str, Any]) -> Iterator[tuple[str, list[float]]]:
         ],
     )
     yield "rods", [one["rod"] for one in carrier.get("rods", ())]
+
+
+def _find_odd_leg(key: str, lengths: list[float]) -> Iterator[str]:
+    """The one of six legs that is not as long as the other five, which are all alike; pairs of mirrored legs are."""
+    for k, length in enumerate(lengths if len(lengths) == _LEGS else ()):
+        others = lengths[:k] + lengths[k + 1 :]
+        middle = sum(others) / len(others)
+        if max(others) - min(others) <= _ALIKE * middle and abs(length - middle) > _ODD * middle:
+            what, known = ("at home it", "platform and base") if key == "struts" else ("it", "rod")
+            yield (
+                f"carrier.{key}, value {k + 1}: {what} is {length:.6g} mm long, and the other five are {middle:.6g} "
+                f"mm; compare its {known} with the drawing"
+            )
 
 
 def _compare_the_rest(data: dict[str, Any]) -> Iterator[str]:

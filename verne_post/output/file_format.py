@@ -22,6 +22,8 @@ class FileFormat(Struct, frozen=True):
 
     write: Writer  #: Yield the bytes of a file of all rows.
     suffix: str  #: Usual ending of the file's name; ``batch`` gives it.
+    #: Names of the numbers of a row, in the order of the file, with what they are.
+    name_columns: Callable[["WrittenRows"], tuple[str, ...]]
     needs: str | None = None  #: Package that is no dependency of this one.
     #: Writers for names with other endings: ".json" -> writer.
     variants: Mapping[str, Writer] = field(default_factory=dict)

@@ -1,6 +1,7 @@
 """The metadata file of ``--meta``: what a setpoint file was made from, its quality, and whether it is up to date."""
 
 import json
+import math
 import re
 from collections.abc import Iterator
 from typing import Any, Final
@@ -17,7 +18,9 @@ from verne_post.model.options import OPTIONS, Changes, Options, find_about, find
 from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.verification import Verification
 from verne_post.output.cells import blank_nonfinite
-from verne_post.output.setpoints import name_columns
+from verne_post.output.feed_hold import find_hold
+from verne_post.output.formats import FORMATS
+from verne_post.output.spool import WrittenRows
 
 #: Version of the layout.
 SIDE_CAR_SCHEMA: Final = 2
@@ -43,8 +46,14 @@ def describe_rows(summary: Summary) -> dict[str, str]:
     }
 
 
-def format_side_car(summary: Summary) -> str:
-    """Write the facts of a conversion as JSON. The same input gives the same bytes."""
+def format_side_car(summary: Summary, format_name: str, rows: WrittenRows) -> str:
+    """Write the facts of a conversion as JSON. The same input gives the same bytes.
+
+    Parameters
+    ----------
+    rows : WrittenRows
+        As the format has them: those of joints that no drive follows, the last ones, may be missing.
+    """
     from verne_post import __version__
 
     machine = summary.machine
@@ -58,9 +67,10 @@ def format_side_car(summary: Summary) -> str:
         },
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
         "options": summary.options.record(),
+        "format": format_name,
         "columns": {
-            "names": list(name_columns(machine.columns, summary.format.drives)),
-            "decimals": list(summary.format.decimals),
+            "names": list(FORMATS[format_name].name_columns(rows)),
+            "decimals": list(rows.format.decimals),
             "rounding_jerk_share": ROUNDING_SHARES[2],
         },
         "cycle_s": summary.format.cycle,
@@ -77,7 +87,8 @@ def format_side_car(summary: Summary) -> str:
         "second_order_bound_s": summary.second_order_bound_s,
         "second_order_bound_toppra_s": summary.toppra_bound_s,
         "tolerance": {"tip_mm": summary.tolerance[0], "axis_deg": DEG_PER_RAD * summary.tolerance[1]},
-        "first_row": list(summary.start),
+        "first_row": list(summary.start[: len(rows.columns)]),
+        "feed_hold": _describe_hold(rows, machine),
         "feed_moves": {"all": summary.feed_segments, "feed_reached": summary.feed_reached},
     }
     if summary.shaped is not None:
@@ -97,6 +108,14 @@ def format_side_car(summary: Summary) -> str:
     if summary.verification is not None:
         data["verification"] = _record_verification(summary.verification, machine)
     return format_json(data, 2) + "\n"
+
+
+def _describe_hold(rows: WrittenRows, machine: Machine) -> dict[str, float]:
+    """How a player may stop: T of its curve in whole milliseconds, its ends, seconds of the clock and the file."""
+    hold = find_hold(rows.take_driven(), machine.limits)
+    seconds = math.ceil(1e3 * hold.seconds) / 1e3
+    stop, ahead = (round(share * seconds, 3) for share in (hold.before + hold.after, hold.before))
+    return {"T_s": seconds, "before_T": hold.before, "after_T": hold.after, "stop_s": stop, "runs_on_s": ahead}
 
 
 def _describe_free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:

@@ -11,6 +11,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.columns import GrowingTable, iterate_blocks
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.output.setpoints import name_columns, name_joints
 
 #: Rows handed to a writer at a time.
 CHUNK_ROWS = 8192
@@ -39,6 +40,14 @@ class WrittenRows(Struct, frozen=True, eq=False):
     def take_part(self, first: int, last: int) -> "WrittenRows":
         """Rows ``first`` to ``last``, both included, as a file of its own."""
         return replace(self, numbers=self.numbers[first : last + 1], line=self.line[first : last + 1])
+
+    def name_joints(self) -> tuple[str, ...]:
+        """Names of the columns of the joints, with what their numbers are."""
+        return name_joints(self.columns, self.format.drives)
+
+    def name_columns(self) -> tuple[str, ...]:
+        """The same with time and source line, as CSV has them."""
+        return name_columns(self.columns, self.format.drives)
 
     def take_driven(self) -> "WrittenRows":
         """The same rows without the columns that no drive follows, which are the last ones."""

@@ -32,6 +32,7 @@ class RodGeometry(Struct, frozen=True, dict=True, eq=False):
     rod: Sequence[Rod]  #: Six.
     largest_tilt_deg: float  #: Assemblies that tilt more are not the machine's.
     actuators: tuple[str, ...] = ("rho1", "rho2", "rho3")  #: Names of the three sliders.
+    key: str = "rod"  #: Of the rods in the machine file.
 
     @cached_property
     def ends(self) -> Array:

@@ -60,13 +60,21 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         asked, drops2 = self.find_sliders(home, np.zeros(()), self.ends)
         if not (drops2 > 0).all():
             k = int(np.argmin(drops2))
-            raise ValueError(f"rod.{k}: at home it is {math.sqrt(-drops2[k]):.6g} mm too short to reach its rail")
+            raise ValueError(
+                f"{self.key}, value {k + 1}: at home it is {math.sqrt(-drops2[k]):.6g} mm too short to reach its rail"
+            )
         gaps = asked - asked[self.first_rods][self.slider_of]
         if np.abs(gaps).max() > CLOSED:
             k = int(np.argmax(np.abs(gaps)))
+            other = int(self.first_rods[self.slider_of[k]])
+            first, second = (
+                f"value {one + 1} (platform {list(rod.platform)}, slider {list(rod.slider)}, length {rod.length:g}) at "
+                f"{asked[one]:.6f}"
+                for one, rod in ((other, self.rod[other]), (k, self.rod[k]))
+            )
             raise ValueError(
-                f"rod.{k}: at home it needs {self.rod[k].by} at {asked[k]:.6f}, but another rod needs it at "
-                f"{asked[k] - gaps[k]:.6f}"
+                f"{self.key}, value {other + 1} and value {k + 1}: these two rods of {self.rod[k].by} do not fit each "
+                f"other: at home {first}, {second}; correct the one that is not as drawn"
             )
         measure = abs(float(self._measure(home, np.zeros(()), asked[self.first_rods])))
         if not measure > SINGULAR:

@@ -59,6 +59,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
     rods: Sequence[float] | None = None  #: Lengths of the rods (6,); None for struts.
     #: About where the sliders are at home (6,): they choose the side of each rod on its rail.
     home_mm: Sequence[float] | None = None
+    keys: Sequence[str] | None = None  #: Of the legs (6,) in the machine file.
 
     def __post_init__(self) -> None:
         home, still = np.array(self.home, dtype=float), np.eye(3)
@@ -66,10 +67,11 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         if not (drops2 > 0).all():
             k = int(np.argmin(drops2))
             missing = math.sqrt(-drops2[k])
+            leg = self.keys[k] if self.keys else f"leg {k + 1}"
             raise ValueError(
-                f"rods.{k}: at home it is {missing:.6g} mm too short to reach its rail"
+                f"{leg}: at home it is {missing:.6g} mm too short to reach its rail"
                 if self.rods
-                else f"struts.{k} has no length at home"
+                else f"{leg}: it has no length at home"
             )
         measure = abs(float(self._measure(home, still)))
         if not measure > SINGULAR:

@@ -14,4 +14,4 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     yield from (write_csv_rows(block).encode() for block in rows.iterate_blocks())
 
 
-FORMAT: Final = FileFormat(write, ".csv", has_undriven=True)
+FORMAT: Final = FileFormat(write, ".csv", WrittenRows.name_columns, has_undriven=True)

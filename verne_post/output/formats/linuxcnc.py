@@ -13,4 +13,4 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     return (format_rows(block.written.T, rows.format.decimals, " ").encode() for block in rows.iterate_blocks())
 
 
-FORMAT: Final = FileFormat(write, ".txt")
+FORMAT: Final = FileFormat(write, ".txt", WrittenRows.name_joints)

@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 
 from verne_post.output.file_format import FileFormat
-from verne_post.output.setpoints import name_joints
 from verne_post.output.spool import WrittenRows
 
 
@@ -20,10 +19,15 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
         t=rows.format.cycle * np.arange(len(rows.line), dtype=np.float64),
         values=rows.numbers,
         line=rows.line,
-        columns=np.array(name_joints(rows.columns, rows.format.drives)),
+        columns=np.array(rows.name_joints()),
         about=np.array(json.dumps(dict(rows.about), allow_nan=False)),
     )
     yield buffer.getvalue()
 
 
-FORMAT: Final = FileFormat(write, ".npz", has_undriven=True)
+def name_columns(rows: WrittenRows) -> tuple[str, ...]:
+    """The array ``t``, the columns of ``values``, the array ``line``."""
+    return ("t", *rows.name_joints(), "line")
+
+
+FORMAT: Final = FileFormat(write, ".npz", name_columns, has_undriven=True)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from verne_post.output.file_format import FileFormat
-from verne_post.output.setpoints import name_columns, take_columns
+from verne_post.output.setpoints import take_columns
 from verne_post.output.spool import WrittenRows
 
 
@@ -17,7 +17,7 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    names = name_columns(rows.columns, rows.format.drives)
+    names = rows.name_columns()
     types = [pa.float64()] * (len(names) - 1) + [pa.int32()]
     about = {f"verne_post.{key}": value for key, value in rows.about.items()}
     schema = pa.schema(list(zip(names, types, strict=True)), metadata=about)
@@ -29,4 +29,4 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     yield buffer.getvalue()
 
 
-FORMAT: Final = FileFormat(write, ".parquet", needs="pyarrow", has_undriven=True)
+FORMAT: Final = FileFormat(write, ".parquet", WrittenRows.name_columns, needs="pyarrow", has_undriven=True)

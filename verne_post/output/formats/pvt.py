@@ -109,7 +109,12 @@ def _measure_cubics(rows: WrittenRows, knots: NDArray[np.intp]) -> tuple[Array, 
     return errors, np.maximum(*(np.abs(end) for end in at_ends)) / seconds
 
 
-FORMAT: Final = FileFormat(write, ".pvt", describe=describe)
+def name_columns(rows: WrittenRows) -> tuple[str, ...]:
+    """``dt_s``, and displacement and final velocity of every joint: ``d_rho1_mm``, ``v_rho1_mm_per_s``."""
+    return ("dt_s", *(cell for name in rows.name_joints() for cell in (f"d_{name}", f"v_{name}_per_s")))
+
+
+FORMAT: Final = FileFormat(write, ".pvt", name_columns, describe=describe)
 
 
 def estimate_velocities(rows: WrittenRows, at: NDArray[np.intp]) -> Array:

@@ -79,4 +79,11 @@ def _shorten(number: float) -> float:
     return float(f"{number:.{_DIGITS}g}") + 0.0
 
 
-FORMAT: Final = FileFormat(write_yaml, ".yaml", variants={".json": write_json}, describe=describe)
+def name_columns(rows: WrittenRows) -> tuple[str, ...]:
+    """The numbers of ``positions``: ``rho1_m``, ``a_rad``."""
+    if rows.format.drives:
+        return rows.name_joints()
+    return tuple(f"{column.joint}_{'m' if column.unit == 'mm' else 'rad'}" for column in rows.columns)
+
+
+FORMAT: Final = FileFormat(write_yaml, ".yaml", name_columns, variants={".json": write_json}, describe=describe)

@@ -15,4 +15,4 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
         yield np.ascontiguousarray(block.written, dtype="<f8").tobytes()
 
 
-FORMAT: Final = FileFormat(write, ".bin")
+FORMAT: Final = FileFormat(write, ".bin", WrittenRows.name_joints)
