@@ -240,6 +240,39 @@ def test_fixtures_that_are_smaller_than_any_in_all_are_doubted(fixtures: list[Bo
         assert item.message.endswith(says)
 
 
+#: A clamp with its z from the part, beside what cuts at z 30 of the table; the part zero is at z 100.
+CLAMP = ((60.0, -10.0, -20.0), (85.0, 10.0, 12.0))
+ABOVE = {"G54": (0.0, 0.0, 100.0)}
+
+
+@pytest.mark.parametrize(
+    ("fixtures", "wcs", "depth"),
+    [
+        ([mesh_of(*CLAMP, "clamp")], ABOVE, "20 mm"),
+        ([Box("clamp", (60.0, -40.0, -30.0), (85.0, 40.0, -5.0))], ABOVE, "25 mm"),
+        ([Box("clamp", *CLAMP), Box("far", (-85.0, -9.0, 0.0), (-60.0, 9.0, 9.0))], ABOVE, "20 mm"),
+        ([Box("clamp", *CLAMP, system=1)], ABOVE, ""),
+        ([Box("clamp", *CLAMP)], {"G54": (0.0, 0.0, 15.0)}, ""),  # it would be below the table face as well
+        ([Box("bolted", (60.0, -10.0, -20.0), (85.0, 10.0, 21.0))], ABOVE, ""),  # less than half is in the slots
+        ([Box("nut", (60.0, -9.0, -20.0), (80.0, 9.0, -8.0)), Box("bar", (60.0, -9.0, -8.0), (85.0, 9.0, 12.0))], ABOVE,
+         ""),
+        ([Box("flush", (60.0, -10.0, -20.0), (85.0, 10.0, 0.0))], ABOVE, ""),
+        ([Box("table", (-200.0, -200.0, -60.0), (200.0, 200.0, -1.0))], ABOVE, ""),
+        ([Box("beside", (300.0, -10.0, -20.0), (330.0, 10.0, -8.0))], ABOVE, ""),
+    ],
+)  # fmt: skip
+def test_a_fixture_in_the_table_that_would_stand_on_it_in_a_work_system_is_doubted(
+    fixtures: list[Box | FixtureMesh], wcs: dict[str, tuple[float, ...]], depth: str
+) -> None:
+    text = PAST.replace("Z30", "Z-70") if wcs is ABOVE else PAST
+    told = [item.message for item in check(text, keep_out=tuple(fixtures), wcs=wcs) if item.code == "VP505"]
+    assert len(told) == bool(depth)
+    for message in told:
+        assert message.startswith("the table face is at z 0, and keep_out.clamp (25 x ")
+        assert f"is {depth} below it; " in message
+        assert message.endswith('give it in G54 (system = "G54"); else correct z')
+
+
 #: The stock of a part of 80 x 40 x 30 mm, in which PAST cuts.
 STOCK = ((-40.0, -20.0, 0.0), (40.0, 20.0, 31.0))
 
