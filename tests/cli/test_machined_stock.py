@@ -128,7 +128,7 @@ def test_a_refused_program_says_that_its_cutter_was_a_line(slot, run, command):
     done = run(*words, "--tool-table", "t.tbl")
     said = done.out + done.err
     assert done.code == 1
-    assert re.search(rf"refused: .*\n  NOT CHECKED: contact with fixtures: .*; {thin}\n", said)
+    assert re.search(rf"refused: .*\n  NOT CHECKED: contact with fixtures: .*; {thin}; shank and holder of tool 1: not among the tool shapes\n", said)
     found = re.search(depth, said)
     assert float(found[1]) < 0.2
     assert found[2] == " (the cutter as a thin line: no diameter is given)"
