@@ -13,7 +13,7 @@ import pytest
 
 import verne_post
 from tests.builders import MACHINE
-from tests.kinematics.test_keep_out import PAST, SHAPE, SWING, check
+from tests.kinematics.test_keep_out import PAST, SHAPE, SPINDLE, SWING, check
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.convert import check_source
@@ -92,6 +92,19 @@ def test_every_line_that_touches_is_told() -> None:
     source = "G21 G90 G61.1\nG0 X-60 Y0 Z34 A0 C0\nG1 X60 Z32 F6000\nX-60 Z28\nX60 Z32\nG0 Z60\nM2\n"
     (found,) = check(source, keep_out=(mesh_of((-3.0, -2.0, 0.0), (3.0, 2.0, 33.0)),))
     assert (found.line, found.last_line, found.count) == (4, 6, 3)
+
+
+@pytest.mark.parametrize("is_mesh", [False, True])
+def test_the_spindle_of_a_mill_meets_a_jaw_with_its_flat_nose(is_mesh: bool) -> None:
+    """A nose 100 mm above the tip, 60 mm wide to either side, over a jaw beside the tool: 0.02 mm decide."""
+    machine = verne_post.load_machine("ac_trunnion").changed(SPINDLE)
+    for high, depth in ((129.98, 0.0), (130.02, 0.02)):
+        jaw = Box("jaw", (-5.0, 45.0, 0.0), (5.0, 80.0, high))
+        found = check(PAST, machine, keep_out=(mesh_of(jaw.low, jaw.high, "jaw") if is_mesh else jaw,))
+        assert [item.code for item in found] == ["VP215"] * bool(depth)
+        for item in found:
+            assert item.message.startswith("the spindle goes 0.020 mm into fixture 'jaw'")
+            assert item.value == pytest.approx(-depth, abs=5e-3)
 
 
 @pytest.mark.parametrize(
