@@ -1729,7 +1729,7 @@ def test_a_diameter_that_is_not_that_of_the_remark_is_told(dialect, remark, call
     text = f"{remark}\n{unit} G90 G17 G54\n{call}\nS900 M3\nG0 A0 C0 X0 Y0\n{length} Z50\nG1 Z9 F90\nM30\n"
     tools = {number: vp.Tool(number, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), diameter) for number in (1, 12)}
     names = {"siemens": {"tools": {"EM12": 1}}} if dialect == "siemens" else {}
-    vise = vp.Box("vise", (190.0, 0.0, -90.0), (200.0, 9.0, -80.0))
+    vise = vp.Box("vise", (190.0, 0.0, 0.0), (200.0, 9.0, 10.0))
     options = vp.Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 90)}, control=names, keep_out=(vise,))
     told = [item for item in check(text, "ac_trunnion", options).findings if item.code == "VP505"]
     assert len(told) == bool(said)
@@ -1844,17 +1844,18 @@ def test_a_feed_in_mm_a_minute_under_g93_is_told_by_check_and_explain() -> None:
         ((2, 3), "T1 M6", "shank and holder of tool 1: not among", "no line calls a tool of them, and tool 1 of the"),
         ((1, 2), "T1 M6", "", ""),  # a file for many programs
         ((1,), "T1 M6\nT0 M6\nT1 M6", "", ""),
-        ((), "T1 M6", "", ""),
+        ((), "T1 M6", "shank and holder of tool 1: not among", ""),
+        ((4,), "T4 M6", "size; holder of tool 4: not among", ""),
+        ((4,), "T1 M6\nT4 M6", "shank and holder of tool 1, holder of tool 4: not among", ""),
     ],
 )
 def test_a_called_tool_that_is_not_among_the_shapes_is_named(shapes, calls, unchecked, said):
     text = f"G21 G90 G17 G54\n{calls}\nS900 M3\nG0 A0 C0 X0 Y0\nG43 H1 Z50\nG1 Z9 F90\nM30\n"
-    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)}
-    vise = vp.Box("vise", (190.0, 0.0, -90.0), (200.0, 9.0, -80.0))
+    tools = {number: vp.Tool(number, number, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0) for number in (1, 4)}
+    vise = vp.Box("vise", (190.0, 0.0, 0.0), (200.0, 9.0, 10.0))
     parts = (vp.Cylinder("cutter", 10.0, 20.0), vp.Cylinder("holder", 40.0))
-    options = vp.Options(
-        tools=tools, wcs={"G54": (0, 0, 90)}, keep_out=(vise,), tool_shapes=dict.fromkeys(shapes, parts)
-    )
+    given = {number: parts if number < 4 else parts[:1] for number in shapes}  # tool 4 has a cutter alone
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 90)}, keep_out=(vise,), tool_shapes=given)
     result = vp.check(text, "ac_trunnion", options)
     told = [item.message for item in result.findings if item.code == "VP018"]
     assert len(told) == bool(said)

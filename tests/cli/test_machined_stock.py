@@ -123,12 +123,13 @@ def test_a_refused_program_says_that_its_cutter_was_a_line(slot, run, command):
     """A rapid through solid stock had a depth of 0.15 mm, and nothing said that no diameter was known."""
     words = (*command, "slot.nc", "--wcs", "G54=0,0,60", *BOX)
     thin = "the width of tool 1: without a diameter it is a line"
+    bare = "shank and holder of tool 1: not among the tool shapes"
     depth = r"material lies up to ([\d.]+) mm inside it(.*)"
     Path("t.tbl").write_text("T1 P1 Z100 ;\n", encoding="utf-8")
     done = run(*words, "--tool-table", "t.tbl")
     said = done.out + done.err
     assert done.code == 1
-    assert re.search(rf"refused: .*\n  NOT CHECKED: contact with fixtures: .*; {thin}\n", said)
+    assert re.search(rf"refused: .*\n  NOT CHECKED: contact with fixtures: .*; {thin}; {bare}\n", said)
     found = re.search(depth, said)
     assert float(found[1]) < 0.2
     assert found[2] == " (the cutter as a thin line: no diameter is given)"

@@ -13,7 +13,7 @@ import pytest
 
 import verne_post
 from tests.builders import MACHINE
-from tests.kinematics.test_keep_out import PAST, SHAPE, SWING, check
+from tests.kinematics.test_keep_out import PAST, SHAPE, SPINDLE, SWING, check
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.convert import check_source
@@ -92,6 +92,19 @@ def test_every_line_that_touches_is_told() -> None:
     source = "G21 G90 G61.1\nG0 X-60 Y0 Z34 A0 C0\nG1 X60 Z32 F6000\nX-60 Z28\nX60 Z32\nG0 Z60\nM2\n"
     (found,) = check(source, keep_out=(mesh_of((-3.0, -2.0, 0.0), (3.0, 2.0, 33.0)),))
     assert (found.line, found.last_line, found.count) == (4, 6, 3)
+
+
+@pytest.mark.parametrize("is_mesh", [False, True])
+def test_the_spindle_of_a_mill_meets_a_jaw_with_its_flat_nose(is_mesh: bool) -> None:
+    """A nose 100 mm above the tip, 60 mm wide to either side, over a jaw beside the tool: 0.02 mm decide."""
+    machine = verne_post.load_machine("ac_trunnion").changed(SPINDLE)
+    for high, depth in ((129.98, 0.0), (130.02, 0.02)):
+        jaw = Box("jaw", (-5.0, 45.0, 0.0), (5.0, 80.0, high))
+        found = check(PAST, machine, keep_out=(mesh_of(jaw.low, jaw.high, "jaw") if is_mesh else jaw,))
+        assert [item.code for item in found] == ["VP215"] * bool(depth)
+        for item in found:
+            assert item.message.startswith("the spindle goes 0.020 mm into fixture 'jaw'")
+            assert item.value == pytest.approx(-depth, abs=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -238,6 +251,39 @@ def test_fixtures_that_are_smaller_than_any_in_all_are_doubted(fixtures: list[Bo
         size = "keep_out.vise (4.33 x 5.118 x 3.307 mm from (-2.165, -2.559, -9) on the table): read in mm, "
         assert item.message.startswith(size)
         assert item.message.endswith(says)
+
+
+#: A clamp with its z from the part, beside what cuts at z 30 of the table; the part zero is at z 100.
+CLAMP = ((60.0, -10.0, -20.0), (85.0, 10.0, 12.0))
+ABOVE = {"G54": (0.0, 0.0, 100.0)}
+
+
+@pytest.mark.parametrize(
+    ("fixtures", "wcs", "depth"),
+    [
+        ([mesh_of(*CLAMP, "clamp")], ABOVE, "20 mm"),
+        ([Box("clamp", (60.0, -40.0, -30.0), (85.0, 40.0, -5.0))], ABOVE, "25 mm"),
+        ([Box("clamp", *CLAMP), Box("far", (-85.0, -9.0, 0.0), (-60.0, 9.0, 9.0))], ABOVE, "20 mm"),
+        ([Box("clamp", *CLAMP, system=1)], ABOVE, ""),
+        ([Box("clamp", *CLAMP)], {"G54": (0.0, 0.0, 15.0)}, ""),  # it would be below the table face as well
+        ([Box("bolted", (60.0, -10.0, -20.0), (85.0, 10.0, 21.0))], ABOVE, ""),  # less than half is in the slots
+        ([Box("nut", (60.0, -9.0, -20.0), (80.0, 9.0, -8.0)), Box("bar", (60.0, -9.0, -8.0), (85.0, 9.0, 12.0))], ABOVE,
+         ""),
+        ([Box("flush", (60.0, -10.0, -20.0), (85.0, 10.0, 0.0))], ABOVE, ""),
+        ([Box("table", (-200.0, -200.0, -60.0), (200.0, 200.0, -1.0))], ABOVE, ""),
+        ([Box("beside", (300.0, -10.0, -20.0), (330.0, 10.0, -8.0))], ABOVE, ""),
+    ],
+)  # fmt: skip
+def test_a_fixture_in_the_table_that_would_stand_on_it_in_a_work_system_is_doubted(
+    fixtures: list[Box | FixtureMesh], wcs: dict[str, tuple[float, ...]], depth: str
+) -> None:
+    text = PAST.replace("Z30", "Z-70") if wcs is ABOVE else PAST
+    told = [item.message for item in check(text, keep_out=tuple(fixtures), wcs=wcs) if item.code == "VP505"]
+    assert len(told) == bool(depth)
+    for message in told:
+        assert message.startswith("the table face is at z 0, and keep_out.clamp (25 x ")
+        assert f"is {depth} below it; " in message
+        assert message.endswith('give it in G54 (system = "G54"); else correct z')
 
 
 #: The stock of a part of 80 x 40 x 30 mm, in which PAST cuts.

@@ -330,6 +330,8 @@ TEXT = (ROOT / "machine_configs/hexapod.toml").read_text(encoding="utf-8")
         ("[home] ", "[joints.c]\nturns = [0, 0, 1]\nthrough = [0, 0, 0]\nvelocity = 1.0\nacceleration = 1.0\n[home] ",
          "a rotary table under them is not executed yet"),
         ("[home] ", "[table]\nradius = 200.0\n[home] ", "leave [table] out"),
+        ("[home] ", "[clearance]\nspindle_diameter_mm = 90\nspindle_top_mm = 90\nminimum_mm = 1\n[home] ",
+         "there is no [table]"),
         ("travel_mm = [650.0, 1600.0]", "slides = [0, 0, 1]\ntravel_mm = [650.0, 1600.0]",
          "the value of a strut is its length"),
     ],
@@ -337,8 +339,8 @@ TEXT = (ROOT / "machine_configs/hexapod.toml").read_text(encoding="utf-8")
 def test_refused_on_loading(old: str, new: str, why: str) -> None:
     assert old in TEXT
     text = TEXT.replace(old, new, 1)
-    if "[table]" in new:
-        text += 'table = "assumed"\n'
+    for table in ("table", "clearance"):
+        text += f'{table} = "assumed"\n' * (f"[{table}]" in new)
     with pytest.raises(InputError) as refused:
         build_machine(text.encode(), "mine.toml")
     assert why in " ".join(item.message for item in refused.value.findings)

@@ -216,6 +216,46 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
     assert (margins[:, 4] <= by_hand + 0.2).all()
 
 
+#: A spindle of 120 x 250 mm above the gauge line of a machine of schema 2.
+SPINDLE = {"clearance.spindle_diameter_mm": 120.0, "clearance.spindle_top_mm": 250.0, "provenance.clearance": "assumed"}
+
+
+@pytest.mark.parametrize("name", ["ac_trunnion", "b_head_c_table", "nutating_table", "hexam", "george_v"])
+def test_the_spindle_of_a_chain_is_a_cylinder_above_the_gauge_line(name: str) -> None:
+    """Random joint values: points all over the cylinder, on the axis that ``forward`` has, against a box."""
+    machine = verne_post.load_machine(name).changed(SPINDLE)
+    five_axis, n = machine.five_axis, 400
+    rng = np.random.default_rng(5)
+    tip, angles = rng.uniform([-60, -60, 20], [60, 60, 90], (n, 3)), np.radians(rng.uniform(-20, 20, (n, 2)))
+    q, platform, ok = five_axis.solve(tip, angles, np.full(n, 70.0))
+    assert ok.sum() > 200
+    placed = Platform(platform.position[ok], platform.angles[ok])
+    axis = five_axis.find_tool_axis(q[ok], angles[ok], placed)
+    pose = Pose(q[ok], placed, tip[ok], axis, np.full(ok.sum(), 70.0), np.zeros(ok.sum(), dtype=int))
+    post = Placed("post", np.array([60.0, -10.0, 160.0]), np.array([15.0, 25.0, 40.0]), 0.0, 0.0, False)
+    moving = Moving([SHAPE], np.array([np.nan]), np.zeros(1, int), machine)
+    model = KeepOut([post], moving, np.zeros(1, bool))
+    column = [body for body, _box in model.pairs].index("spindle")
+    told = model.evaluate(pose)[0][:, column]
+    # the frame of the part, turned into that of the table
+    end, along, sure = five_axis.forward(q[ok], 70.0)
+    assert sure.all()
+    nose, k = (one @ machine.coordinates.part_frame.T for one in (end + 70.0 * along, along))
+    u = np.cross(k, np.eye(3)[np.argmin(np.abs(k), axis=1)])
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v, nearest = np.cross(k, u), np.full(len(k), np.inf)
+    for height in np.linspace(0.0, 250.0, 26):
+        for radius in np.linspace(0.0, 60.0, 4):
+            for turn in np.linspace(0.0, 2 * np.pi, 25)[: 1 if radius == 0 else -1]:
+                point = nose + height * k + radius * (np.cos(turn) * u + np.sin(turn) * v)
+                nearest = np.minimum(nearest, to_box(point - post.middle, post.half))
+    apart = (told > 0) & (told < 20)  # beyond 25 mm what is told is a lower bound
+    assert apart.sum() > 20
+    assert (nearest[apart] >= told[apart] - 1e-6).all()
+    assert (nearest[apart] <= told[apart] + 14.0).all()  # the points are that far from each other
+    assert (nearest[told < 0] < 14.0).all()
+
+
 # --- whole motions ------------------------------------------------------------------------------
 
 #: The tool swings about its tip, upright at both ends: in the middle it tilts over by 40 degrees.
@@ -224,18 +264,18 @@ SWING = "G21 G90 G61.1\nG0 X0 Y0 Z40 A0 C0\nG1 A40 F3000\nG1 A0\nM2\n"
 PAST = "G21 G90 G61.1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nM2\n"
 
 
-def check(source: str, **options: Any) -> list[Finding]:
+def check(source: str, machine: verne_post.Machine = MACHINE, **options: Any) -> list[Finding]:
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "wcs": {"G54": (0.0, 0.0, 0.0)}, **options}
-    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6 S900 M3\n").encode(), MACHINE, Options(**given))
+    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6 S900 M3\n").encode(), machine, Options(**given))
     return check_program(program)[1]
 
 
-def least(source: str, box: Box, body: str, **options: Any) -> float:
+def least(source: str, box: Box, body: str, machine: verne_post.Machine = MACHINE, **options: Any) -> float:
     """Smallest distance by dense sampling of all motion."""
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "keep_out": (box,), **options}
-    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6 S900 M3\n").encode(), MACHINE, Options(**given))
-    frames = build_interpreter_setup(MACHINE, program.options).frames
-    model = build_keep_out(MACHINE, program.path, program.moves, program.options, frames)
+    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6 S900 M3\n").encode(), machine, Options(**given))
+    frames = build_interpreter_setup(machine, program.options).frames
+    model = build_keep_out(machine, program.path, program.moves, program.options, frames)
     assert model is not None
     joints, n = program.build_joint_path(), 4001
     column = next(k for k, (name, _box) in enumerate(model.pairs) if name == body)
@@ -267,6 +307,32 @@ def test_ends_are_legal_and_the_middle_is_not(source: str, box: Box, body: str) 
             assert (found[0].code, found[0].line, found[0].severity) == ("VP215", 4, "error")
             assert f"'{box.name}'" in found[0].message
             assert found[0].value == pytest.approx(distance, abs=1e-4)
+
+
+def test_the_spindle_of_a_mill_swings_into_a_post_between_legal_ends() -> None:
+    machine = verne_post.load_machine("ac_trunnion").changed(SPINDLE)
+    source, post = SWING.replace("A40", "A-40"), Box("post", (-20.0, 205.0, 70.0), (20.0, 225.0, 180.0))
+    distance = least(source, post, "spindle", machine)
+    assert 0.1 < distance < 40
+    for gap in (0.01, -0.01):
+        asked = Box(post.name, post.low, post.high, None, distance - gap)
+        found = [item for item in check(source, machine, keep_out=(asked,)) if "spindle" in item.message]
+        assert [(item.code, item.line) for item in found] == [("VP215", 4)] * (gap < 0)
+        assert all(item.value == pytest.approx(distance, abs=1e-4) for item in found)
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [({"stock": Box("the stock", (-5.0, 45.0, 100.0), (5.0, 65.0, 135.0))}, "VP216"), ({}, "VP213")],
+)
+def test_the_spindle_of_a_mill_keeps_out_of_stock_and_table(body: dict[str, Box], code: str) -> None:
+    """Upright, the nose is 130 mm above the table; lying, its rim is 60 mm below the axis at 50 mm."""
+    machine = verne_post.load_machine("ac_trunnion").changed(SPINDLE)
+    source = PAST if body else "G21 G90 G61.1\nG0 X0 Y-60 Z50 A0 C0\nG1 A-90 F3000\nM2\n"
+    found = [item for item in check(source, machine, **body) if "the spindle" in item.message]
+    assert {item.code for item in found} == {code}
+    if not body:
+        assert found[0].value == pytest.approx(50.0 - 60.0, abs=1e-3)
 
 
 def test_a_tool_may_slide_along_a_fixture() -> None:

@@ -202,18 +202,7 @@ def build_leg_clearance(file: CarrierFile, machine: HexapodMachine) -> Clearance
     """Distances of the legs from each other, capsules of the diameter of the file; None where it has none."""
     if file.rod_diameter_mm is None:
         return None
-    bodies = Bodies(
-        minimum=0.0,
-        rod_radius=np.full(6, 0.5 * file.rod_diameter_mm),
-        spindle_radius=None,
-        spindle_top=0.0,
-        tool_radius=None,
-        platform=None,
-        platform_radius=0.0,
-        slider_cone=None,
-        platform_cone=None,
-        cone_centre=None,
-    )
+    bodies = Bodies(minimum=0.0, rod_radius=np.full(6, 0.5 * file.rod_diameter_mm))
     return Clearance(bodies, machine, machine.nose_offset, machine.spindle, 0.0)
 
 

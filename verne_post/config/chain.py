@@ -3,6 +3,7 @@
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Final, Literal
 
 import numpy as np
@@ -21,6 +22,7 @@ from verne_post.config.schema import (
     ControlFile,
     DriveFile,
     HomeFile,
+    NotNegative,
     Point,
     Positive,
     Range,
@@ -36,9 +38,10 @@ from verne_post.kinematics.chain.machine import ChainMachine, Rotary
 from verne_post.kinematics.chain.pair import PARALLEL, RIGHT_ANGLE, build_pair
 from verne_post.kinematics.chain.senses import is_upside_down, name_direction
 from verne_post.kinematics.chain.sliding import SlidingMachine
+from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
-from verne_post.model.machine import Accuracy, Column, Limits, Machine
+from verne_post.model.machine import Accuracy, Bodies, Column, Limits, Machine
 from verne_post.model.moves import AXES
 from verne_post.model.nutation import Nutation
 from verne_post.model.protocols import FiveAxis
@@ -112,6 +115,14 @@ class ChainSpindleFile(Table, frozen=True, kw_only=True):
     max_speed_rpm: Annotated[Positive, "greatest speed of the spindle"]
 
 
+class ChainClearanceFile(Table, frozen=True, kw_only=True):
+    """[clearance]: the spindle, a cylinder with flat ends about the tool axis, and its distance from the table."""
+
+    spindle_diameter_mm: Annotated[Positive, "diameter of the spindle, a cylinder that starts at the gauge line"]
+    spindle_top_mm: Annotated[Positive, "height of its upper end above the gauge line"]
+    minimum_mm: Annotated[NotNegative, "smallest distance of the spindle from the table"] = 0.0
+
+
 class ChainProvenanceFile(Table, frozen=True, kw_only=True):
     """[provenance]: each begins with identified, assumed, measured or specified."""
 
@@ -124,6 +135,7 @@ class ChainProvenanceFile(Table, frozen=True, kw_only=True):
     home: Source | None = None
     drives: Source | None = None
     accuracy: Source | None = None
+    clearance: Source | None = None
     vibration: Source | None = None
 
 
@@ -139,15 +151,18 @@ class ChainMachineFile(Table, frozen=True, kw_only=True):
     table: Annotated[PartTableFile | None, "the face on which the part lies"] = None
     home: Annotated[HomeFile | None, "positions of G28, G30 and --to park"] = None
     accuracy: Annotated[AccuracyFile | None, "tolerance of blended corners"] = None
+    clearance: Annotated[ChainClearanceFile | None, "size of the spindle, and its distance from the table"] = None
     drives: Annotated[dict[str, DriveFile] | None, "how the drives count, by joint"] = None
     vibration: Annotated[VibrationFile | None, "vibration modes, and the input shaper for them"] = None
     control: Annotated[ControlFile, "the control"]
     provenance: Annotated[ChainProvenanceFile, "where the values of each table are from"]
 
     def check_together(self) -> None:
-        for group in ("carrier", "spindle", "table", "home", "accuracy", "drives", "vibration"):
+        for group in ("carrier", "spindle", "table", "home", "accuracy", "clearance", "drives", "vibration"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
+        if self.table is None and self.clearance is not None and self.clearance.minimum_mm:
+            raise ValueError("clearance.minimum_mm: the spindle keeps off the table, and there is no [table]")
         find = (
             _find_faults(self.chain, self.joints) if self.carrier is None else _find_carrier_faults(self, self.carrier)
         )
@@ -411,9 +426,8 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
         Column(geometry.turn, "deg", DEG_PER_RAD * signs[geometry.turn], "VP103", driven=geometry.turn in file.joints),
     )
     limits = _convert_limits(file, geometry.joints, columns)
-    accuracy, clearance = file.accuracy or AccuracyFile(), None
-    if file.carrier is not None and isinstance(geometry.machine, HexapodMachine):
-        clearance = build_leg_clearance(file.carrier, geometry.machine)
+    accuracy = file.accuracy or AccuracyFile()
+    clearance, bodies = _make_clearance(file, geometry.machine)
     return Machine(
         name=escape_unprinted(file.name),
         kind="chain" if file.carrier is None else "carrier",
@@ -428,7 +442,7 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
         table_radius=file.table.radius if file.table else 0.0,
         spindle_rpm=file.spindle.max_speed_rpm if file.spindle else math.inf,
         clearance=clearance,
-        bodies=clearance.bodies if clearance else None,
+        bodies=bodies,
         cycle=file.control.cycle_s,
         provenance={
             key: escape_unprinted(value) for key, value in asdict(file.provenance).items() if value is not None
@@ -441,6 +455,25 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
         ),
         vibration=convert_vibration(file.vibration),
     )
+
+
+def _make_clearance(file: ChainMachineFile, five_axis: FiveAxis) -> tuple[Clearance | None, Bodies | None]:
+    """The clearances of legs or of the spindle from the table, and what keeps out of fixtures and stock."""
+    clearance = None
+    if file.carrier is not None and isinstance(five_axis, HexapodMachine):
+        clearance = build_leg_clearance(file.carrier, five_axis)
+    bodies = clearance.bodies if clearance else None
+    if file.clearance is None:
+        return clearance, bodies
+    bodies = replace(
+        bodies or Bodies(minimum=file.clearance.minimum_mm),
+        spindle_radius=0.5 * file.clearance.spindle_diameter_mm,
+        spindle_top=file.clearance.spindle_top_mm,
+        spindle_is_flat=True,
+    )
+    if file.table is not None:
+        clearance = Clearance(bodies, None, five_axis.nose_offset, five_axis.spindle, file.table.radius)
+    return clearance, bodies
 
 
 def _find_reversed_axis(

@@ -115,19 +115,22 @@ class Bodies:
     """Sizes of the machine's bodies, mm and rad; None where the machine file says nothing."""
 
     minimum: float  #: Smallest allowed distance between bodies.
-    rod_radius: Array | None  #: (k,) or None: Of each rod, in the order of ``module.rods``.
+    rod_radius: Array | None = None  #: (k,) or None: Of each rod, in the order of ``module.rods``.
     #: spindle_radius, spindle_top: The spindle reaches from the gauge line to ``spindle_top`` above the platform
     #: point P.
-    spindle_radius: float | None
-    spindle_top: float
-    tool_radius: float | None  #: Of the largest tool.
-    platform: tuple[Array, Array] | None  #: (3,), or None each: Ends of the platform as a capsule, platform frame.
-    platform_radius: float
+    spindle_radius: float | None = None
+    spindle_top: float = 0.0
+    tool_radius: float | None = None  #: Of the largest tool.
+    #: (3,), or None each: Ends of the platform as a capsule, platform frame.
+    platform: tuple[Array, Array] | None = None
+    platform_radius: float = 0.0
     #: slider_cone, platform_cone: Half angle that the ball joints allow about the rod's direction at
     #: ``cone_centre``.
-    slider_cone: float | None
-    platform_cone: float | None
-    cone_centre: Array | None  #: (3,) or None: Platform position (base frame) at which the joints stand in the middle.
+    slider_cone: float | None = None
+    platform_cone: float | None = None
+    #: (3,) or None: Platform position (base frame) at which the joints stand in the middle.
+    cone_centre: Array | None = None
+    spindle_is_flat: bool = False  #: It is a cylinder with flat ends; a capsule otherwise.
 
 
 @explain_names(joints="columns", axes="columns", travel="limits")

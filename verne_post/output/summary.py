@@ -540,9 +540,20 @@ def list_unchecked(machine: Machine, options: Options, events: Sequence[Event]) 
     unknown += ["rods"] if has_rods and (bodies is None or bodies.rod_radius is None) else []
     missing = [f"{', '.join(unknown)}: the machine file has no size"] if unknown else []
     missing += [f"the width of {', '.join(thin)}: without a diameter it is a line"] if thin else []
-    if options.tool_shapes and shapeless:
-        missing.append(f"shank and holder of {', '.join(shapeless.values())}: not among the tool shapes")
+    if bare := _name_bare_parts(shapeless, used - set(shapeless), options, named):
+        missing.append(f"{bare}: not among the tool shapes")
     return [("NOT CHECKED", "; ".join([*none, *missing]))] if none or missing else []
+
+
+def _name_bare_parts(shapeless: dict[int, str], shaped: set[int], options: Options, named: dict[int, str]) -> str:
+    """Shanks and holders without a size: those of tools without a shape, and holders that shapes lack."""
+    none = [
+        describe_tool_number(number, named)
+        for number in sorted(shaped)
+        if all(one.part != "holder" for one in options.tool_shapes[number])
+    ]
+    groups = {"shank and holder": [*shapeless.values()], "holder": none}
+    return ", ".join(f"{part} of {', '.join(tools)}" for part, tools in groups.items() if tools)
 
 
 def _describe_stock(summary: Summary) -> Facts:

@@ -312,6 +312,11 @@ def _extend(below: list[tuple[float, float]], above: list[tuple[float, float]]) 
     return [(r1 + slope * (end - h1), end)] if end > h1 else []
 
 
+def build_cylinder(part: str, low: float, high: float, radius: float) -> Piece:
+    """A cylinder with flat ends about the axis between two heights."""
+    return _build_cylinder(part, radius, 0.0, low, high)
+
+
 def build_capsule(part: str, low: float, high: float, radius: float) -> Piece:
     """Everything within ``radius`` of the axis between two heights."""
     core = np.array([(0.0, low), (0.0, low), (0.0, high), (0.0, high)])

@@ -1,23 +1,31 @@
-"""Fixtures, stock and part of the set-up whose unit or place is doubtful: far too large, too small, or one outside."""
+"""Fixtures, stock and part of the set-up whose unit or place is doubtful: too large, too small, outside or below."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Final
 
 import numpy as np
 
 from verne_post.app.assemble import Program, build_interpreter_setup
+from verne_post.base.arrays import Array
 from verne_post.base.printable import join_names
 from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, place_body
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.model.findings import Finding, make_finding
-from verne_post.model.part_setup import UNITS, FixtureMesh, NominalPart
+from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.part_setup import UNITS, FixtureMesh, NominalPart, name_system
 from verne_post.model.plausibility import PLAUSIBLE
 from verne_post.part.stl import read_stl
 from verne_post.part.verdict import describe_place
 
 #: A mesh that is longer than so many diameters of the table is mostly in another unit.
 _TIMES_TABLE: Final = 2.0
+#: A face is measured to this, mm: a fixture that ends no farther from it lies on it, or is let into the table with it.
+_FACE_MM: Final = 0.5
+#: Bolts and nuts in the slots of the table are less than this share of the height of a fixture.
+_SHARE_BELOW: Final = 0.5
+#: What covers this share of the radius of the table on all four sides is the table itself, or what carries it.
+_SHARE_TABLE: Final = 0.7
 #: Fixtures that all together are no longer than this, mm, are mostly in another unit; a pin alone may be.
 _SMALL_MM: Final = 10.0
 
@@ -30,10 +38,12 @@ def report_doubtful_units(program: Program, joints: JointPath, *, is_stock_doubt
     options = program.options
     placed = joints.keep_out.obstacles if isinstance(joints.keep_out, KeepOut) else ()  # in the order of the options
     bodies = [(f"keep_out.{body.name}", body) for body in options.keep_out]
+    units: list[Finding] = []
     for key, body in (*bodies, ("stock", options.stock)):
         if isinstance(body, FixtureMesh) and not body.shown.lower().rstrip(")").endswith(".npz"):
-            yield from _report_large(program, key, body, body.shown)
-    yield from _report_small(program, placed)
+            units += _report_large(program, key, body, body.shown)
+    units += _report_small(program, placed)
+    yield from units or _report_below(program, placed)
     doubts = [*report_large_part(program)]
     yield from doubts or (() if is_stock_doubted else _report_outside(program, placed))
 
@@ -87,6 +97,55 @@ def _report_small(program: Program, placed: Sequence[Placed]) -> Iterator[Findin
         f"{remedy}"
     )
     yield make_finding("VP505", text)
+
+
+def _report_below(program: Program, placed: Sequence[Placed]) -> Iterator[Finding]:
+    """Fixtures in table coordinates that are mostly below the table face, and in a work system would stand on it.
+
+    Nothing is said of the table itself, of what is flush with its face, of nuts and bolts under a fixture that stands
+    on it, and of set-ups whose work systems are not above the face either.
+    """
+    options, radius = program.options, program.machine.table_radius
+    given = [one for one in zip(options.keep_out, placed, strict=False) if one[0].system is None and not one[1].stock]
+    origins = _place_systems(program) if radius > 0 and given else {}
+    below, standing = [], []
+    for body, one in given:
+        low, high = extent = one.find_extent()
+        depth, middle = min(high[2], 0.0) - low[2], 0.5 * (low + high)
+        covers = max(*low[:2], *-high[:2]) < -_SHARE_TABLE * radius
+        lifting = [name for name, z in origins.items() if low[2] + z >= -_FACE_MM]
+        is_below = depth > max(_FACE_MM, _SHARE_BELOW * (high[2] - low[2])) and abs(high[2]) > _FACE_MM
+        if is_below and lifting and not covers and np.hypot(*middle[:2]) < radius:
+            place = f"keep_out.{body.name} ({one.describe_extent()} on the table) is {depth:.4g} mm below it"
+            below.append((extent, place, lifting))
+        else:
+            standing.append(extent)
+    below = [one for one in below if not any(_touch(one[0], other) for other in standing)]
+    if below:
+        systems = list(dict.fromkeys(name for one in below for name in one[2]))
+        text = (
+            f"the table face is at z 0, and {join_names([one[1] for one in below])}; without a system, z counts from "
+            f'the face: if z counts from the part, give it in {" or ".join(systems)} (system = "{systems[0]}"); else '
+            "correct z"
+        )
+        yield make_finding("VP505", text)
+
+
+def _touch(one: tuple[Array, Array], other: tuple[Array, Array]) -> bool:
+    """Whether two boxes (low, high) are no farther apart than the face is measured."""
+    return bool((np.maximum(one[0] - other[1], other[0] - one[1]) <= _FACE_MM).all())
+
+
+def _place_systems(program: Program) -> dict[str, float]:
+    """Heights over the table, mm, of the work systems of stock and part, else of all that are given, by their names."""
+    options, machine = program.options, program.machine
+    own = [one.system for one in (options.stock, options.part) if one is not None and one.system is not None]
+    frames, heights = build_interpreter_setup(machine, options).frames, {}
+    for system in dict.fromkeys(own or sorted(options.wcs)):
+        with suppress(InputError):  # the program moves it
+            origin, _turn = place_body(machine, "", system, np.zeros(3), program.moves, options, frames)
+            heights[name_system(system)] = float(origin[2])
+    return heights
 
 
 def _report_outside(program: Program, placed: Sequence[Placed]) -> Iterator[Finding]:

@@ -1,8 +1,9 @@
 """How near bodies of the machine come to each other: rods, spindle, tool, table, and the cones of the ball joints.
 
-Rods and spindle are capsules (a line segment and a radius), the tool is a cylinder with a flat end, the table is
-everything below its face inside its radius. Every margin is a distance or an angle, and comes with how much it can
-change when the points that carry it move: that makes verdicts between samples certain (``check_clearance``).
+Rods and spindle are capsules (a line segment and a radius). The tool is a cylinder with a flat end, and so is the
+spindle of a serial machine. The table is everything below its face inside its radius. Every margin is a distance or an
+angle, and comes with how much it can change when the points that carry it move: that makes verdicts between samples
+certain (``check_clearance``).
 """
 
 from typing import Final
@@ -64,8 +65,9 @@ class Clearance:
                     for leg in dict.fromkeys(module.rod_legs)
                 ]
         if bodies.spindle_radius is not None:
+            share = 2.0 if bodies.spindle_is_flat else 1.0
             listed.append(
-                (Margin("distance of the spindle from the table", "VP213", None, "mm", low, low), 1.0, "table")
+                (Margin("distance of the spindle from the table", "VP213", None, "mm", low, low), share, "table")
             )
         if bodies.tool_radius is not None:
             listed.append((Margin("distance of the tool from the table", "VP213", None, "mm", low, low), 2.0, "table"))
@@ -116,7 +118,9 @@ class Clearance:
                 if bodies.spindle_radius is not None:
                     columns += self._measure_rods_to_spindle(module, start, end, nose, top, bodies.rod_radius)
         if bodies.spindle_radius is not None:
-            columns.append(_measure_to_table(nose_on_table, top_on_table, self.table_radius) - bodies.spindle_radius)
+            columns.append(self._measure_spindle_to_table(nose_on_table, top_on_table, axis, bodies.spindle_radius))
+            if bodies.spindle_is_flat:
+                on_table.append(bodies.spindle_radius * axis)
         if bodies.tool_radius is not None:
             columns.append(_bound_flat_end_to_table(pose.tip, axis, bodies.tool_radius, self.table_radius))
             on_table.append(bodies.tool_radius * axis)
@@ -126,6 +130,12 @@ class Clearance:
             beta = float(np.nanmax(np.abs(platform.angles[:, 1]), initial=0.0))
             points.append(module.shortest_rod * np.sqrt(1.0 + np.sin(beta)) * platform.angles)
         return np.stack(columns, axis=1), {"module": np.stack(points, axis=1), "table": np.stack(on_table, axis=1)}
+
+    def _measure_spindle_to_table(self, nose: Array, top: Array, axis: Array, radius: float) -> Array:
+        if not self.bodies.spindle_is_flat:
+            return _measure_to_table(nose, top, self.table_radius) - radius
+        ends = [_bound_flat_end_to_table(end, axis, radius, self.table_radius) for end in (nose, top)]
+        return np.minimum(*ends)
 
     def _measure_between_rods(self, module: RodModule, start: Array, end: Array, radius: Array) -> list[Array]:
         legs = np.array(module.rod_legs)

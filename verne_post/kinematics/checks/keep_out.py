@@ -1,8 +1,9 @@
 """How near tool, spindle, platform and rods come to fixtures and stock on the table, as boxes or meshes.
 
-Against boxes, tool, holder and shank are cylinders with flat ends; spindle, platform and rods are capsules. Every
-distance is signed and certain (``separation``). It cannot change faster than the points that carry the bodies move over
-the table, so whole motions are checked as in ``check_clearance``. Against meshes, ``mesh_contacts`` checks them.
+Against boxes, tool, holder and shank are cylinders with flat ends; platform and rods are capsules, and the spindle is
+one of both. Every distance is signed and certain (``separation``). It cannot change faster than the points that carry
+the bodies move over the table, so whole motions are checked as in ``check_clearance``. Against meshes,
+``mesh_contacts`` checks them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -160,7 +161,8 @@ class KeepOut:
             for body, one in self.pairs
         )
         #: A tool's rim moves with its axis: two points carry it.
-        self.reach: Array = np.array([2.0 if body in TOOL_PARTS else 1.0 for body, _one in self.pairs])
+        flat = (*TOOL_PARTS, *["spindle"] * (moving.bodies is not None and moving.bodies.spindle_is_flat))
+        self.reach: Array = np.array([2.0 if body in flat else 1.0 for body, _one in self.pairs])
         #: Platform and legs tilt while the tool moves straight, so their distance is not convex.
         self.convex_below: Array = np.array(
             [one.distance + NEAR_MM if body in (*TOOL_PARTS, "spindle") else -np.inf for body, one in self.pairs]

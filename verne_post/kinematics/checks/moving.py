@@ -12,7 +12,7 @@ from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
 from verne_post.model.poses import Pose
-from verne_post.part.bodies import Piece, build_capsule, build_pieces
+from verne_post.part.bodies import Piece, build_capsule, build_cylinder, build_pieces
 from verne_post.part.fixture import load_fixture
 from verne_post.part.rigid import Body, build_body
 
@@ -123,8 +123,13 @@ class Moving:
                 rods[part] = self._place_tool_part(part, pose, tip, length, axis)
         if self.bodies is not None and self.bodies.spindle_radius is not None:
             top = nose + (self.machine.five_axis.nose_offset + self.bodies.spindle_top) * axis
-            points["spindle"] = np.stack([nose, top], axis=1)
-            rods["spindle"] = [Bar(nose, top, still, self.bodies.spindle_radius)]
+            radius = self.bodies.spindle_radius
+            if self.bodies.spindle_is_flat:  # its rim moves with its axis
+                points["spindle"] = np.stack([nose, top, radius * axis], axis=1)
+                rods["spindle"] = [Bar(nose, top, still + radius)]
+            else:
+                points["spindle"] = np.stack([nose, top], axis=1)
+                rods["spindle"] = [Bar(nose, top, still, radius)]
         if "platform" in self.known and self.bodies is not None:
             first, last = self._place_platform(pose)
             points["platform"] = np.stack([first, last], axis=1)
@@ -132,10 +137,8 @@ class Moving:
         if self.legs and self.bodies is not None and self.bodies.rod_radius is not None:
             start, end = self._place_rods(pose)
             points["rods"] = np.concatenate([start, end], axis=1)
-            radius = self.bodies.rod_radius.tolist()
-            rods |= {
-                leg: [Bar(start[:, k], end[:, k], still, radius[k]) for k in own] for leg, own in self.legs.items()
-            }
+            thick = self.bodies.rod_radius.tolist()
+            rods |= {leg: [Bar(start[:, k], end[:, k], still, thick[k]) for k in own] for leg, own in self.legs.items()}
         return rods, points
 
     def place_tools(self, pose: Pose) -> tuple[Array, Array, Array]:
@@ -222,12 +225,13 @@ class Moving:
 
 
 def build_spindle(machine: Machine, length: float) -> tuple[Piece, ...]:
-    """The spindle above a tool of this length, mm, a capsule; none where the machine file has no size of it."""
+    """The spindle above a tool of this length, mm; none where the machine file has no size of it."""
     bodies = machine.bodies
     if bodies is None or bodies.spindle_radius is None:
         return ()
     top = length + machine.five_axis.nose_offset + bodies.spindle_top
-    return (build_capsule("spindle", length, top, bodies.spindle_radius),)
+    build = build_cylinder if bodies.spindle_is_flat else build_capsule
+    return (build("spindle", length, top, bodies.spindle_radius),)
 
 
 def _select_columns(part: str) -> slice:
