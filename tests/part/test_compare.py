@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder, Wanted
 from verne_post.part.bodies import build_pieces, measure_phi
-from verne_post.part.bound import find_clear, find_limit
+from verne_post.part.bound import find_above, find_limit
 from verne_post.part.compare import (
     CLEAR,
     GOUGE,
@@ -194,7 +194,8 @@ def test_what_is_clear_is_clear_all_over_the_facet(shape, accelerate):
     normal = pick.normal(size=point.shape)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     delta = pick.uniform(0.01, 0.2, len(point))
-    clear = find_clear((motion,), point, normal, delta, 0.05, ("cutter",), accelerate=accelerate)
+    limits = {piece: find_limit(piece, 0.05) for piece in motion.pieces}
+    clear = find_above((motion,), point, normal, delta, limits, ("cutter",), accelerate=accelerate)
     crude = find_nearest((motion,), point, 5.0).distance - delta > find_limit(motion.pieces[0], 0.05)
     assert (clear & ~crude).mean() > 0.03  # convexity says more than the distance alone
     first = np.cross(normal, pick.normal(size=point.shape))
@@ -335,12 +336,15 @@ def test_the_rotation_of_the_best_fit_is_one():
 
 
 def prism(outline, y0: float = -5.0, y1: float = 5.0) -> Mesh:
-    """A closed part: a convex or L-shaped outline in x and z (counter-clockwise, from a corner that sees all), along y."""
+    """A closed part: an outline in x and z, counter-clockwise, from a corner that sees all of it, along y."""
     near, far = (np.array([[x, y, z] for x, z in outline]) for y in (y0, y1))
     n = len(outline)
     ends = [face for k in range(1, n - 1) for face in (near[[0, k, k + 1]], far[[0, k + 1, k]])]
     sides = [
-        face for k in range(n) for j in [(k + 1) % n] for face in ((near[k], far[k], far[j]), (near[k], far[j], near[j]))
+        face
+        for k in range(n)
+        for j in [(k + 1) % n]
+        for face in ((near[k], far[k], far[j]), (near[k], far[j], near[j]))
     ]
     return build_mesh("part.stl", np.array([*ends, *(np.array(one) for one in sides)]))
 

@@ -1,8 +1,9 @@
 """A nominal surface against the moving tools: how deep they cut, how much they leave, and what is certain.
 
-Facets are divided into cells. A cell is *clear* where a certain bound says that no gouge in it is deeper than asked, a
-*gouge* where one is found along its normal; else it is cut in four, until its size says that this leads nowhere: *not
-decided*. Excess is measured at the middle of each cell of the first division.
+Facets are divided into cells, and shifted into the part by the depth that is asked for: a deeper cut crosses them. A
+cell is *clear* where a certain bound says that no tool comes to it, or where it is nearer to another facet. It is a
+*gouge* where material is removed deeper, or where none of the part remains near by; else it is cut in four, until its
+size says that this leads nowhere: *not decided*. Excess is measured at the middle of each cell of the first division.
 """
 
 from collections.abc import Callable

@@ -109,7 +109,7 @@ def close_gaps(mesh: Mesh, depth: float) -> tuple[Array, Array, Ints]:
         place = along[:, None] + inward
         strip = _join_triangles(place)
         corners.append(strip)
-        outwards.append(_point_to_line(strip.mean(axis=1), a, b))
+        outwards.append(_find_way_to_line(strip.mean(axis=1), a, b))
         facets.append(np.full(len(strip), first[k]))
     at_gaps = np.unique(ends[some])
     of_vertex: dict[int, list[tuple[int, int, float]]] = {vertex: [] for vertex in at_gaps.tolist()}
@@ -138,7 +138,7 @@ def close_gaps(mesh: Mesh, depth: float) -> tuple[Array, Array, Ints]:
     return corner, normal / measure_rows(normal)[:, None], np.concatenate(facets)
 
 
-def _point_to_line(place: Array, a: Array, b: Array) -> Array:
+def _find_way_to_line(place: Array, a: Array, b: Array) -> Array:
     """Vectors (n, 3) from places to the line through two points."""
     along = (b - a) / np.linalg.norm(b - a)
     away = a - place
@@ -181,7 +181,7 @@ def _find_concave_edges(mesh: Mesh) -> tuple[Ints, Ints, Array, Ints]:
 
 
 def _list_edges(mesh: Mesh) -> tuple[Ints, Ints, Array, Ints, Mask]:
-    """Edges of two facets: these (k,), the angle between their normals, vertices (k, 2), and whether one sees the other."""
+    """Edges of two facets: these (k,), their turn, rad, vertices (k, 2), and whether they are concave from outside."""
     facets = mesh.facets
     start, end = facets.ravel(), np.roll(facets, -1, axis=1).ravel()
     of, opposite = np.repeat(np.arange(len(facets)), 3), np.roll(facets, -2, axis=1).ravel()
