@@ -311,6 +311,24 @@ def test_a_part_that_is_not_in_its_stock_is_doubted(stock: Box | FixtureMesh, un
     assert all(one.startswith(says) for one in told)
 
 
+@pytest.mark.parametrize(
+    ("size", "doubted"),
+    [
+        ((80.0 / 25.4, 40.0 / 25.4, 30.0 / 25.4), True),
+        ((70.0 / 25.4, 40.0 / 25.4, 20.0 / 25.4), True),
+        ((3.0, 1.5, 0.5), False),  # a small part in a large stock: 76 x 38 x 13 mm would be less than half as high
+        ((2.0, 2.0, 1.0), False),
+        ((30.0, 20.0, 10.0), False),
+    ],
+)
+def test_a_part_in_inches_that_fills_its_stock_is_doubted(size: tuple[float, float, float], doubted: bool) -> None:
+    x, y, z = size
+    part = NominalPart("part.stl", pack_stl(unite_boxes([((-x / 2, -y / 2, 0.0), (x / 2, y / 2, z))])), 1)
+    told = [item.message for item in check(PAST, stock=Box("the stock", *STOCK), part=part) if item.code == "VP505"]
+    assert len(told) == doubted
+    assert all(one.endswith('fits into it: did you mean unit = "inch"?') for one in told)
+
+
 def test_the_unit_of_a_part_is_named_before_its_grid() -> None:
     raw = pack_stl(unite_boxes([((-40.0, -20.0, 0.0), (40.0, 20.0, 30.0))]))
     part = NominalPart("part.stl", raw, 1, "inch", Wanted(grid=1.0))

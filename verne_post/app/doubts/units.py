@@ -28,6 +28,10 @@ _SHARE_BELOW: Final = 0.5
 _SHARE_TABLE: Final = 0.7
 #: Fixtures that all together are no longer than this, mm, are mostly in another unit; a pin alone may be.
 _SMALL_MM: Final = 10.0
+#: A part is in another unit where it fits into the stock in a unit at least so many times as large, and is then at
+#: least this share of the stock along each of its sides. A small part in a large stock has other shares.
+_TIMES_UNIT: Final = 5.0
+_SNUG_SHARE: Final = 0.6
 
 
 def report_doubtful_units(program: Program, joints: JointPath, *, is_stock_doubted: bool) -> Iterator[Finding]:
@@ -149,7 +153,7 @@ def _place_systems(program: Program) -> dict[str, float]:
 
 
 def _report_outside(program: Program, placed: Sequence[Placed]) -> Iterator[Finding]:
-    """A nominal part that reaches outside the stock, or the box around it, from which it is to be cut.
+    """A nominal part that reaches outside the stock, or the box around it, or would fill it in another unit.
 
     As much as may stay on the part, or as the rays of the stock are apart, may be missing too.
     """
@@ -160,9 +164,26 @@ def _report_outside(program: Program, placed: Sequence[Placed]) -> Iterator[Find
     frames = build_interpreter_setup(program.machine, options).frames
     zero = np.zeros(3)
     origin, turn = place_body(program.machine, part.name, part.system, zero, program.moves, options, frames)
-    corner = rotate_z(read_stl(part.raw, part.name, part.unit).vertices, turn) + origin
+    vertices = read_stl(part.raw, part.name, part.unit).vertices
+    corner = rotate_z(vertices, turn) + origin
     outside = np.linalg.norm(np.maximum(np.abs(stock.map_inside(corner)) - stock.half, 0.0), axis=1)
     allowed = max(part.wanted.excess, 0.0 if stock.form is None else float(stock.form.cell.max()))
+    for unit, mm in UNITS.items():
+        factor = mm / UNITS[part.unit]
+        inside = stock.map_inside(rotate_z(factor * vertices, turn) + origin)
+        low, high = inside.min(axis=0), inside.max(axis=0)
+        fits = (low >= -stock.half - allowed).all() and (high <= stock.half + allowed).all()
+        if factor >= _TIMES_UNIT and fits and (high - low >= _SNUG_SHARE * 2.0 * stock.half).all():
+            small, large = (
+                " x ".join(f"{one:.4g}" for one in share * np.ptp(vertices, axis=0)) for share in (1, factor)
+            )
+            text = (
+                f"part.unit: read in {part.unit}, {part.name} is {small} mm large, far smaller than {stock.name} "
+                f"({stock.describe_extent()}); in {unit} it is {large} mm large and fits into it: did you mean "
+                f'unit = "{unit}"?'
+            )
+            yield make_finding("VP505", text)
+            return
     worst = int(outside.argmax())
     if outside[worst] > allowed:
         low, high = corner.min(axis=0), corner.max(axis=0)
