@@ -403,7 +403,16 @@ def test_a_rapid_is_checked_against_the_stock_as_it_is_then(
         # nor where no cutter reaches from its cut: aside, from beside the stock, and along a rapid
         ([("G1", 2, 2, 14), ("G0", 2, 2, 40), ("G0", 50, 38, 40), ("G0", 50, 38, 14)], 0, [(4, "in it")]),
         ([("G1", -30, 10, 14), ("G0", -30, 10, 40), ("G0", 30, 10, 40), ("G0", 30, 10, 14)], 0, [(4, "in it")]),
-        ([("G1", -10, 10, 14), ("G1", 5, 10, 14), ("G0", 70, 10, 14)], 0, [(3, "in it")]),
+        ([("G0", -20, 10, 14), ("G1", 5, 10, 14), ("G0", 70, 10, 14)], 0, [(3, "in it")]),
+        # a face mill: 20 mm and 50 mm of room beside the stock
+        ([("G0", -20, 0, 14), ("G1", 60, 0, 14), ("G0", 60, 0, 40), ("G0", 30, 18, 40), ("G0", 30, 18, 14)], 0,
+         [(5, "open")]),
+        ([("G0", -20, 0, 14), ("G1", 60, 0, 14), ("G0", 60, 0, 40), ("G0", 30, 35, 40), ("G0", 30, 35, 14)], 0,
+         [(5, "in it")]),
+        ([("G0", -50, 0, 14), ("G1", 60, 0, 14), ("G0", 60, 0, 40), ("G0", 30, 35, 40), ("G0", 30, 35, 14)], 0,
+         [(5, "open")]),
+        # a hole of one span that is deeper than a cutter is long
+        ([("G1", 30, 10, -115), ("G0", 30, 10, 40), ("G0", 33, 10, 40), ("G0", 33, 10, -110)], 0, [(4, "open")]),
         # out of its cut along z, and out of a plunge along its axis
         ([("G1", -10, 10, 14), ("G1", 30, 10, 14), ("G1", 30, 12, 14), ("G0", 30, 12, 60)], 0.2, [(4, "open")]),
         ([("G1", 30, 10, 14), ("G0", 30 + 46 * np.tan(0.2), 10, 60)], 0.2, []),
@@ -416,6 +425,7 @@ def test_what_a_cutter_of_unknown_diameter_has_cut_is_open_above_its_tip(
     result = run(moves, WIRE, tilt=tilt, is_line=True)
     assert [(line, state) for line, _body, state in found(result)] == expected
     assert all(one.by_line == (one.depth != one.depth) for one in result.touches)
+    assert all((one.line_gap > 20.0) == (one.depth == one.depth) for one in result.touches if one.line > 1)
 
 
 def test_a_second_rapid_through_the_same_place_is_clear() -> None:
