@@ -712,6 +712,11 @@ def test_a_stock_into_which_no_cut_comes_is_in_doubt(low, high, system, z, said)
         ("M3\nG0 X-10. Z20.\nG1 Z2. F300.\nX10.", 0.0, None),
         ("M3\nG55 G0 X-10. Z20.\nG1 Z2. F300.\nX10.", 8.0, None),  # another part
         ("M3\nG0 X-10. Z20.", 8.0, None),
+        # a plane and a shift are the same part, a shift aside by the size of the stock is another one
+        ("M3\nG68.2 X0 Y0 Z0 I0 J10 K0\nG0 X-10. Y0 Z20.\nG1 Z8. F300.\nX10.\nG69", 8.0, "of line 14, is"),
+        ("M3\nG52 Z0.5\nG0 X-10. Z20.\nG1 Z2. F300.\nX10.\nG52 Z0", 8.0, "of line 14, is 2.5 mm or more"),
+        ("M3\nG52 Y39.9\nG0 X-10. Y0 Z20.\nG1 Z2. F300.\nX10.\nG52 Y0", 8.0, "of line 14, is 16."),
+        ("M3\nG52 Y40.\nG0 X-10. Y0 Z20.\nG1 Z2. F300.\nX10.\nG52 Y0", 8.0, None),
     ],
 )
 def test_a_tool_that_cuts_only_air_is_in_doubt(second: str, diameter: float, said: str | None) -> None:

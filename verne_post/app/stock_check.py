@@ -24,7 +24,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import ZERO9, Frame, MoveKind, find_tool_of_moves
+from verne_post.model.moves import MoveKind, find_tool_of_moves
 from verne_post.model.part_setup import (
     TOOL_PARTS,
     WORK_SYSTEMS,
@@ -58,6 +58,8 @@ SHORT_WAY_MM: Final = 0.1
 #: A cut that comes so near to the stock, mm, is one that only scratches it; a cutter of unknown radius has this one.
 NEAR_STOCK_MM: Final = 1.0
 UNKNOWN_MM: Final = 10.0
+#: Rounding of shifts, as shares of the size of the stock.
+PLACE_SLACK: Final = 1e-6
 #: Spans of a program that is out of limits beside contacts with the stock: more are not cut, which may take minutes.
 MOST_OF_REFUSED: Final = 50_000
 #: Poses that are solved at a time.
@@ -247,21 +249,30 @@ def _report_tools_in_air(
     """VP505 of each tool that cuts nothing of the stock, in a work system in which another tool does.
 
     A tool without a diameter is none that cuts, as a probe; nor is one whose spindle is never started. In a work system
-    of its own, or shifted, a tool may cut another part.
+    of its own, or shifted aside by the size of the stock, a tool may cut another part.
     """
     path, moves, tool = program.path, program.moves, keep_out.moving.tool
     starts = [one.before for one in moves.events if one.kind == "spindle" and one.data["direction"] != "stop"]
     started_tools = set(find_tool_of_moves(np.array(starts, dtype=np.int64), 0, moves).tolist())
-    numbers = dict[Frame, int]()  # G52, TRANS and cycle 7 make other places of a system
-    places = [numbers.setdefault(replace(frame, tool=ZERO9), len(numbers)) for frame in moves.frames]
-    systems = np.array(places)[moves.frame]
-    cut_systems = set(systems[path.move[rows[gaps <= NEAR_STOCK_MM]]].tolist())
+
+    def list_places(cuts: Ints) -> Iterator[tuple[int, Array]]:
+        for number in np.unique(moves.frame[path.move[cuts]]).tolist():
+            frame = moves.frames[number]  # G52, TRANS, cycle 7 and planes make other places of a system
+            if frame.feature is not None and not frame.feature.is_programmed:
+                frame = replace(frame, feature=None)
+            zero, _angles = program.machine.coordinates.map_to_table(np.zeros(9), frame)
+            yield frame.system, 0.5 * box.map_inside(zero)[:2] / box.half[:2]
+
+    places_of_cuts = list(list_places(rows[gaps <= NEAR_STOCK_MM]))
     for k in np.flatnonzero((gaps > NEAR_STOCK_MM) & np.isfinite(gaps)).tolist():
         cuts = np.flatnonzero((tool == k) & (path.feed_time > 0) & (path.move >= 0))
         of_tool = int(find_tool_of_moves(path.move[cuts[:1]], path.first_move, moves)[0])
         if not keep_out.moving.shapes[k] or of_tool not in started_tools:
             continue
-        if not set(systems[path.move[cuts]].tolist()) <= cut_systems:
+        if not all(
+            any(system == other and np.hypot(*(at - there)) < 1.0 - PLACE_SLACK for other, there in places_of_cuts)
+            for system, at in list_places(cuts)
+        ):
             continue
         first, last, nearest = path.number_lines(np.array([cuts[0], cuts[-1], rows[k]])).tolist()
         text = (
