@@ -132,7 +132,7 @@ def test_a_refused_program_says_that_its_cutter_was_a_line(slot, run, command):
     assert re.search(rf"refused: .*\n  NOT CHECKED: contact with fixtures: .*; {thin}; {bare}\n", said)
     found = re.search(depth, said)
     assert float(found[1]) < 0.2
-    assert found[2] == " (the cutter as a thin line: no diameter is given)"
+    assert found[2] == " (tool 1 has no diameter: part of this material is 40.2 mm away from the cuts before)"
     Path("t.tbl").write_text("T1 P1 Z100 D12 ;\n", encoding="utf-8")
     done = run(*words, "--tool-table", "t.tbl")
     said = done.out + done.err

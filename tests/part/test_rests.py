@@ -47,6 +47,12 @@ def test_nothing_stays() -> None:
     assert find_rests(face(*ALL_OF_IT), make_part((0.0, 0.0, 0.0), (30.0, 20.0, 9.0)), 0.05) == []
 
 
+def test_a_stock_wholly_beside_the_part_stays() -> None:
+    """No ray meets the part."""
+    [rest] = find_rests(face(*ALL_OF_IT), make_part((100.0, 0.0, 0.0), (130.0, 20.0, 9.0)), 0.2)
+    assert rest.volume == pytest.approx(30 * 20 * 9)
+
+
 @pytest.mark.parametrize(("beside", "places"), [(0.19, 0), (0.45, 1)])
 def test_a_wall_counts_by_its_distance_not_by_its_height(beside: float, places: int) -> None:
     """Along the rays the stock beside the wall is 9 mm high; only how far it stands off counts."""

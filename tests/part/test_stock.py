@@ -403,7 +403,16 @@ def test_a_rapid_is_checked_against_the_stock_as_it_is_then(
         # nor where no cutter reaches from its cut: aside, from beside the stock, and along a rapid
         ([("G1", 2, 2, 14), ("G0", 2, 2, 40), ("G0", 50, 38, 40), ("G0", 50, 38, 14)], 0, [(4, "in it")]),
         ([("G1", -30, 10, 14), ("G0", -30, 10, 40), ("G0", 30, 10, 40), ("G0", 30, 10, 14)], 0, [(4, "in it")]),
-        ([("G1", -10, 10, 14), ("G1", 5, 10, 14), ("G0", 70, 10, 14)], 0, [(3, "in it")]),
+        ([("G0", -20, 10, 14), ("G1", 5, 10, 14), ("G0", 70, 10, 14)], 0, [(3, "in it")]),
+        # a face mill: 20 mm and 50 mm of room beside the stock
+        ([("G0", -20, 0, 14), ("G1", 60, 0, 14), ("G0", 60, 0, 40), ("G0", 30, 18, 40), ("G0", 30, 18, 14)], 0,
+         [(5, "open")]),
+        ([("G0", -20, 0, 14), ("G1", 60, 0, 14), ("G0", 60, 0, 40), ("G0", 30, 35, 40), ("G0", 30, 35, 14)], 0,
+         [(5, "in it")]),
+        ([("G0", -50, 0, 14), ("G1", 60, 0, 14), ("G0", 60, 0, 40), ("G0", 30, 35, 40), ("G0", 30, 35, 14)], 0,
+         [(5, "open")]),
+        # a hole of one span that is deeper than a cutter is long
+        ([("G1", 30, 10, -115), ("G0", 30, 10, 40), ("G0", 33, 10, 40), ("G0", 33, 10, -110)], 0, [(4, "open")]),
         # out of its cut along z, and out of a plunge along its axis
         ([("G1", -10, 10, 14), ("G1", 30, 10, 14), ("G1", 30, 12, 14), ("G0", 30, 12, 60)], 0.2, [(4, "open")]),
         ([("G1", 30, 10, 14), ("G0", 30 + 46 * np.tan(0.2), 10, 60)], 0.2, []),
@@ -416,6 +425,7 @@ def test_what_a_cutter_of_unknown_diameter_has_cut_is_open_above_its_tip(
     result = run(moves, WIRE, tilt=tilt, is_line=True)
     assert [(line, state) for line, _body, state in found(result)] == expected
     assert all(one.by_line == (one.depth != one.depth) for one in result.touches)
+    assert all((one.line_gap > 20.0) == (one.depth == one.depth) for one in result.touches if one.line > 1)
 
 
 def test_a_second_rapid_through_the_same_place_is_clear() -> None:
@@ -702,6 +712,11 @@ def test_a_stock_into_which_no_cut_comes_is_in_doubt(low, high, system, z, said)
         ("M3\nG0 X-10. Z20.\nG1 Z2. F300.\nX10.", 0.0, None),
         ("M3\nG55 G0 X-10. Z20.\nG1 Z2. F300.\nX10.", 8.0, None),  # another part
         ("M3\nG0 X-10. Z20.", 8.0, None),
+        # a plane and a shift are the same part, a shift aside by the size of the stock is another one
+        ("M3\nG68.2 X0 Y0 Z0 I0 J10 K0\nG0 X-10. Y0 Z20.\nG1 Z8. F300.\nX10.\nG69", 8.0, "of line 14, is"),
+        ("M3\nG52 Z0.5\nG0 X-10. Z20.\nG1 Z2. F300.\nX10.\nG52 Z0", 8.0, "of line 14, is 2.5 mm or more"),
+        ("M3\nG52 Y39.9\nG0 X-10. Y0 Z20.\nG1 Z2. F300.\nX10.\nG52 Y0", 8.0, "of line 14, is 16."),
+        ("M3\nG52 Y40.\nG0 X-10. Y0 Z20.\nG1 Z2. F300.\nX10.\nG52 Y0", 8.0, None),
     ],
 )
 def test_a_tool_that_cuts_only_air_is_in_doubt(second: str, diameter: float, said: str | None) -> None:

@@ -24,7 +24,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import ZERO9, Frame, MoveKind, find_tool_of_moves
+from verne_post.model.moves import MoveKind, find_tool_of_moves
 from verne_post.model.part_setup import (
     TOOL_PARTS,
     WORK_SYSTEMS,
@@ -37,7 +37,7 @@ from verne_post.model.protocols import TableCoordinates, turn_from_setup, turn_t
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import Family, find_family
 from verne_post.part.bodies import build_pieces
-from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
+from verne_post.part.cutting import LINE_HEIGHT_MM, Cut, Spans, Tool, Touch, cut_stock, group_pieces
 from verne_post.part.dexels import Dexels
 from verne_post.part.stock_forms import make_box
 
@@ -58,6 +58,8 @@ SHORT_WAY_MM: Final = 0.1
 #: A cut that comes so near to the stock, mm, is one that only scratches it; a cutter of unknown radius has this one.
 NEAR_STOCK_MM: Final = 1.0
 UNKNOWN_MM: Final = 10.0
+#: Rounding of shifts, as shares of the size of the stock.
+PLACE_SLACK: Final = 1e-6
 #: Spans of a program that is out of limits beside contacts with the stock: more are not cut, which may take minutes.
 MOST_OF_REFUSED: Final = 50_000
 #: Poses that are solved at a time.
@@ -128,33 +130,44 @@ def settle_stock(
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     coordinates, cell = program.machine.coordinates, float(stock.cell.max())
     place = program.path.called_lines.place
-    settled = [*report_touches(coordinates, cut, spans, tools, box.name, box.distance, cell)]
-    settled += _report_lines(program, cut, box.name)
+    thin = _list_thin_tools(program) if any(one.by_line or one.line_gap == one.line_gap for one in cut.touches) else []
+    settled = [
+        *report_touches(coordinates, cut, spans, tools, box.name, box.distance, cell, _say_no_diameter(program, thin))
+    ]
+    settled += _report_lines(program, cut, box.name, thin)
     return [*begun, *(item for item in found if item not in open_), *map(place, settled)]
 
 
-def _report_lines(program: Program, cut: Cut, name: str) -> list[Finding]:
-    """VP216, undecided, where a rapid meets what a cutter of unknown diameter, here a thin line, may have cut."""
-    sure = {one.line for one in cut.touches if one.body == "cutter" and one.depth == one.depth}
-    at = [one.line for one in cut.touches if one.by_line and one.line not in sure]
+def _list_thin_tools(program: Program) -> list[int]:
+    """Tools of unknown diameter, here thin lines, that move at feed."""
     numbers = set[int]()
-    for one in (program, program.skipped) if at else ():
+    for one in (program, program.skipped):
         if one is not None:
             moved = find_tool_of_moves(one.path.move_reached, one.path.first_move, one.moves)
             numbers |= set(moved[one.path.feed_time > 0].tolist())
+    return [number for number in sorted(numbers) if not find_shape(number, program.options)]
+
+
+def _say_no_diameter(program: Program, thin: list[int]) -> str:
     names = program.moves.name_tools()
-    thin = [number for number in sorted(numbers) if not find_shape(number, program.options)]
-    if not thin:
+    has = "has no diameter" if len(thin) == 1 else "have no diameters"
+    return f"{join_names([describe_tool_number(number, names) for number in thin])} {has}" if thin else ""
+
+
+def _report_lines(program: Program, cut: Cut, name: str, thin: list[int]) -> list[Finding]:
+    """VP216, undecided, where a rapid meets what a cutter of unknown diameter may have cut."""
+    sure = {one.line for one in cut.touches if one.body == "cutter" and one.depth == one.depth}
+    at = [one.line for one in cut.touches if one.by_line and one.line not in sure]
+    if not at or not thin:
         return []
+    names = program.moves.name_tools()
     tools, keys = program.options.tools or {}, [find_tool_key(number, "diameter", names) for number in thin]
     length = program.options.tool_length or (tools[thin[0]].offset[2] if thin[0] in tools else 0.0)
     instead = " (which has no tool_length then)" if program.options.tool_length is not None else ""
     entry = f"{quote_key(keys[0][1])} = {{ length = {f'{length:.9g}' if length else 'MM'}, diameter = MM }}"
-    has = "has no diameter" if len(thin) == 1 else "have no diameters"
     text = (
-        f"whether the cutter runs into {name} in a rapid traverse is not decided: "
-        f"{join_names([describe_tool_number(number, names) for number in thin])} {has}, so how much was cut before is "
-        f"not known; write [tools] {entry} into the set-up{instead}"
+        f"whether the cutter runs into {name} in a rapid traverse is not decided: {_say_no_diameter(program, thin)}, "
+        f"so how much was cut before is not known; write [tools] {entry} into the set-up{instead}"
     )
     lines = tuple(dict.fromkeys(at))
     where = {"line": lines[0], "last_line": lines[-1], "worst_line": lines[0], "lines": lines, "count": len(lines)}
@@ -236,21 +249,30 @@ def _report_tools_in_air(
     """VP505 of each tool that cuts nothing of the stock, in a work system in which another tool does.
 
     A tool without a diameter is none that cuts, as a probe; nor is one whose spindle is never started. In a work system
-    of its own, or shifted, a tool may cut another part.
+    of its own, or shifted aside by the size of the stock, a tool may cut another part.
     """
     path, moves, tool = program.path, program.moves, keep_out.moving.tool
     starts = [one.before for one in moves.events if one.kind == "spindle" and one.data["direction"] != "stop"]
     started_tools = set(find_tool_of_moves(np.array(starts, dtype=np.int64), 0, moves).tolist())
-    numbers = dict[Frame, int]()  # G52, TRANS and cycle 7 make other places of a system
-    places = [numbers.setdefault(replace(frame, tool=ZERO9), len(numbers)) for frame in moves.frames]
-    systems = np.array(places)[moves.frame]
-    cut_systems = set(systems[path.move[rows[gaps <= NEAR_STOCK_MM]]].tolist())
+
+    def list_places(cuts: Ints) -> Iterator[tuple[int, Array]]:
+        for number in np.unique(moves.frame[path.move[cuts]]).tolist():
+            frame = moves.frames[number]  # G52, TRANS, cycle 7 and planes make other places of a system
+            if frame.feature is not None and not frame.feature.is_programmed:
+                frame = replace(frame, feature=None)
+            zero, _angles = program.machine.coordinates.map_to_table(np.zeros(9), frame)
+            yield frame.system, 0.5 * box.map_inside(zero)[:2] / box.half[:2]
+
+    places_of_cuts = list(list_places(rows[gaps <= NEAR_STOCK_MM]))
     for k in np.flatnonzero((gaps > NEAR_STOCK_MM) & np.isfinite(gaps)).tolist():
         cuts = np.flatnonzero((tool == k) & (path.feed_time > 0) & (path.move >= 0))
         of_tool = int(find_tool_of_moves(path.move[cuts[:1]], path.first_move, moves)[0])
         if not keep_out.moving.shapes[k] or of_tool not in started_tools:
             continue
-        if not set(systems[path.move[cuts]].tolist()) <= cut_systems:
+        if not all(
+            any(system == other and np.hypot(*(at - there)) < 1.0 - PLACE_SLACK for other, there in places_of_cuts)
+            for system, at in list_places(cuts)
+        ):
             continue
         first, last, nearest = path.number_lines(np.array([cuts[0], cuts[-1], rows[k]])).tolist()
         text = (
@@ -398,10 +420,12 @@ def report_touches(
     name: str,
     keep_off: float,
     cell: float,
+    no_diameter: str = "",
 ) -> Iterator[Finding]:
     """Findings, one for each body and stretch of neighbouring spans; of bodies that do not cut, of neighbouring lines.
 
     What may touch is not told in lines in which the same body certainly does, nor here what a line leaves open.
+    ``no_diameter`` says which tools that cut before have none.
     """
     for body in dict.fromkeys(one.body for one in cut.touches):
         own = [one for one in cut.touches if one.body == body and not one.by_line]
@@ -413,7 +437,13 @@ def report_touches(
             touching = [(one, tools[int(spans.tool[one.span])]) for one in part if body == "cutter"]
             is_line = any(tool.is_line for _one, tool in touching)
             in_corner = touching and all(one.depth < DEPTH_IN_CORNER * tool.flat_radius for one, tool in touching)
-            remark = AS_LINE if is_line else AS_FLAT if in_corner else ""
+            gaps = [one.line_gap for one, _tool in touching if one.line_gap == one.line_gap]
+            remark = AS_LINE if is_line and not gaps else AS_FLAT if in_corner else ""
+            if gaps and max(gaps) < np.inf:
+                remark += f" ({no_diameter}: part of this material is {max(gaps):.1f} mm away from the cuts before)"
+            elif gaps:
+                high = f"below the cuts before, or more than {LINE_HEIGHT_MM:g} mm above them"
+                remark += f" ({no_diameter}: part of this material is {high})"
             yield _make_finding(coordinates, part, name, keep_off, cell, remark)
 
 

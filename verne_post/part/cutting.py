@@ -55,9 +55,14 @@ MEASURED_RAYS: Final = 300
 MEASURED_BODIES: Final = 20
 #: Rays across a body from which these are chosen, if that leaves enough.
 CHOSEN_FROM: Final = 10_000
-#: Farther than this, mm, from its axis, and above its tip, a cutter of unknown diameter has cut nothing.
-LINE_RADIUS_MM: Final = 25.0
+#: Farther than this, mm, from its axis a cutter of unknown diameter has cut nothing: shell mills for spindles of taper
+#: 40 end at 160 mm (ISO 6462: larger ones are screwed to the nose of a spindle of taper 50), and drills at 80 mm.
+LINE_RADIUS_MM: Final = 80.0
+DRILL_RADIUS_MM: Final = 40.0
+#: Nor higher above its tip.
 LINE_HEIGHT_MM: Final = 100.0
+#: To this its radius is told, mm, from the room that it has in rapids.
+ROOM_MM: Final = 1.0
 #: Points of a contact that are asked for.
 LINE_POINTS: Final = 16
 #: The depth of a long contact is measured again after this share of itself: it changes by no more than the body moves.
@@ -123,6 +128,8 @@ class Touch(Struct, frozen=True):
     begin_turn: tuple[float, float] = (0.0, 0.0)  #: The same of the tool axis in the part, deg.
     tip: tuple[float, float, float] | None = None  #: There, in the table frame, mm; None where undecided.
     by_line: bool = False  #: Undecided because a cutter of unknown diameter may have cut the material before.
+    #: From a certain contact to the cuts of such cutters, mm; infinite below or far above them, NaN without.
+    line_gap: float = np.nan
 
 
 #: Where the contact begins of a touch that is undecided.
@@ -185,6 +192,9 @@ def cut_stock(
             turn,
             at,
             body == "cutter" and depth != depth and row >= run.first_line_cut,
+            run.line_gaps.get(int(spans.line[row]), np.nan)
+            if body == "cutter" and row >= run.first_line_cut
+            else np.nan,
         )
         for (row, body), depth in run.depth.items()
         for way, turn, at in (begin.get((row, body), NO_BEGIN),)
@@ -222,9 +232,13 @@ class _Run:
         )
         #: Straight cuts by tool (n, tip and axis, 2, 3), in parts, which a rapid may follow.
         self.cuts: dict[int, list[Array]] = {}
-        #: Spans (n, tips and the first axis, 3, 3) that cutters which are thin lines go along at feed, in parts.
-        self.line_cuts: list[Array] = []
+        #: Spans that cutters which are thin lines go along at feed, in parts: tips and the first axis (n, 3, 3), and
+        #: how wide (n,) such a cutter is at most.
+        self.line_cuts: list[tuple[Array, Array]] = []
         self.first_line_cut: float = np.inf  #: The first span of theirs.
+        #: By tool how wide it is at most, and by line how far such cuts are from a certain contact, mm.
+        self.line_radius: dict[int, float] = {}
+        self.line_gaps: dict[int, float] = {}
         #: By body the last place where the depth of a contact was measured: span, tip, axis, and the depth.
         self.measured: dict[str, tuple[int, Array, Array, float]] = {}
         #: Tools, and their bodies other than the cutter, that have run into the stock.
@@ -250,6 +264,8 @@ class _Run:
             in_corner = self.rounding[rows] > 0
             bodies = [body for _name, body in tool.list_bodies(with_cutter=True)]
             near = self._find_near(tip, axis, bodies, self.keep_off + self.stock.resolution + 0.5 * STEP_MM)
+            if tool.is_line and not self.line_cuts:
+                self._find_room(number, tip, axis, tool.cutter)
             for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(in_corner) != 0)) + 1):
                 stood = tip[part[0], 0], axis[part[0], 0]
                 for k in part[near[part]].tolist():
@@ -282,7 +298,11 @@ class _Run:
         past.append(np.stack([tip, axis], axis=1))
         if tool.is_line:
             self.first_line_cut = min(self.first_line_cut, int(rows[0]))
-            self.line_cuts.append(np.concatenate([tip, axis[:, :1]], axis=1))
+            radius = self.line_radius.get(number, LINE_RADIUS_MM)
+            way = np.diff(tip, axis=1)[:, 0]
+            across = np.linalg.norm(np.cross(way, axis[:, 0]), axis=1)
+            widths = np.where(across > TOUCH_MM, radius, min(radius, DRILL_RADIUS_MM))
+            self.line_cuts.append((np.concatenate([tip, axis[:, :1]], axis=1), widths))
 
     def _find_near(self, tip: Array, axis: Array, bodies: Iterable[tuple[Piece, ...]], by: float) -> Mask:
         """Spans (n,) on which a body that is larger by ``by`` may come to the stock."""
@@ -323,7 +343,7 @@ class _Run:
             if not self._is_touching(tip, axis, body, RESOLVED):
                 continue  # the largest is asked first: most bodies are clear
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
-                if name == "cutter" and self.line_cuts and self._may_be_cut(tip, axis, body):
+                if name == "cutter" and self.line_cuts and self._may_be_cut(rows, tip, axis, body):
                     self.depth.update(dict.fromkeys(((row, name) for row in rows.tolist()), np.nan))
                     continue
                 first, depth = self._follow_contact(rows, tip, axis, name, body)
@@ -337,37 +357,55 @@ class _Run:
                     if not self._is_clear(row, tips, axes, name, body, stood or (tip[0], axis[0])):
                         self.depth.setdefault((row, name), np.nan)
 
-    def _may_be_cut(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> bool:
+    def _find_room(self, number: int, tip: Array, axis: Array, body: tuple[Piece, ...]) -> None:
+        """Note how wide a thin line can be that has cut nothing yet: a wider one meets the stock in these rapids."""
+        turns = (axis[:, 0] != axis[:, 1]).any(axis=1)
+        near = ~turns & self._find_near(tip, axis, [body], LINE_RADIUS_MM)
+
+        def has_room(at: slice, radius: float) -> bool:
+            sweeps = list_sweeps(tip[at], axis[at], max(piece.high for piece in body), STEP_MM)
+            return not any(
+                self.stock.find_touching(
+                    sweeps,
+                    self.tables[id(piece)].widen(radius).extend(-TOUCH_MM),
+                    compiled=self.compiled,
+                    only_first=True,
+                ).any()
+                for piece in body
+            )
+
+        for k in np.flatnonzero(near).tolist():
+            at, low, high = slice(k, k + 1), 0.0, self.line_radius.get(number, LINE_RADIUS_MM)
+            if has_room(at, high):
+                continue
+            while high - low > ROOM_MM:
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if has_room(at, middle) else (low, middle)
+            self.line_radius[number] = high
+
+    def _may_be_cut(self, rows: Ints, tip: Array, axis: Array, body: tuple[Piece, ...]) -> bool:
         """Whether all material that a body meets may have been cut by a cutter that is a thin line here.
 
         Such a cutter leaves what is below the plane across its axis through its tip, and what is far from its axis.
+        If not, how far these cuts are is noted for the line.
         """
         point = self._list_points(tip, axis, body)
         if not len(point):
             return True
         some = np.append((point @ axis[0]).argmin(), np.linspace(0, len(point) - 1, LINE_POINTS).astype(int))
         point = point[some]
-        self.line_cuts[:] = [np.concatenate(self.line_cuts)]
-        (cuts,) = self.line_cuts
+        cuts, widths = (np.concatenate(one) for one in zip(*self.line_cuts, strict=True))
+        self.line_cuts[:] = [(cuts, widths)]
         reach = math.hypot(LINE_RADIUS_MM, LINE_HEIGHT_MM)
         near = (cuts[:, :2].min(axis=1) <= point.max(axis=0) + reach).all(axis=1)
         near &= (cuts[:, :2].max(axis=1) >= point.min(axis=0) - reach).all(axis=1)
-        begin, end, along = cuts[near].transpose(1, 0, 2)
-        way = end - begin
-        across = way - (way * along).sum(axis=1)[:, None] * along
-        length = np.maximum((across * across).sum(axis=1), ZERO_LENGTH_MM**2)
-
-        def is_reached(at: Array) -> bool:
-            nearest = np.clip(((at - begin) * across).sum(axis=1) / length, 0.0, 1.0)
-            for share in (nearest, np.zeros_like(nearest), np.ones_like(nearest)):
-                gap = at - begin - share[:, None] * way
-                high = (gap * along).sum(axis=1)
-                aside = np.linalg.norm(gap - high[:, None] * along, axis=1)
-                if ((high > -TOUCH_MM - self.left) & (high < LINE_HEIGHT_MM) & (aside < LINE_RADIUS_MM)).any():
-                    return True
-            return False
-
-        return all(is_reached(at) for at in point)
+        below = -TOUCH_MM - self.left
+        if all((_measure_aside(cuts[near], at, below, LINE_HEIGHT_MM) < widths[near]).any() for at in point):
+            return True
+        line = int(self.spans.line[rows[0]])
+        if line not in self.line_gaps:
+            self.line_gaps[line] = max(float(_measure_aside(cuts, at, below, LINE_HEIGHT_MM).min()) for at in point)
+        return False
 
     def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> tuple[Array, Array]:
         """Tip and axis where a body that certainly touches on a span does so first, within ``FINE_MM``."""
@@ -651,6 +689,24 @@ def _follows(part: tuple[Array, Array], ways: tuple[Array, Array], reach: float,
             break
         covered = max(covered, high)
     return covered >= 1.0 - SHARE_SLACK
+
+
+def _measure_aside(cuts: Array, at: Array, least: float, most: float) -> Array:
+    """Distance (n,) of a point from the axes of cutters where it is so high above their tips; infinite if nowhere.
+
+    ``cuts`` (n, 3, 3): tips at the beginning and at the end, and the axis.
+    """
+    begin, end, along = cuts.transpose(1, 0, 2)
+    way, gap = end - begin, at - begin
+    rise, high = (way * along).sum(axis=1), (gap * along).sum(axis=1)
+    way, gap = way - rise[:, None] * along, gap - high[:, None] * along
+    rise = np.where(np.abs(rise) < ZERO_LENGTH_MM, ZERO_LENGTH_MM, rise)  # a level span: all of it, or nothing
+    shares = np.sort([(high - least) / rise, (high - most) / rise], axis=0)
+    low, high = np.maximum(shares[0], 0.0), np.minimum(shares[1], 1.0)
+    nearest = (gap * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), ZERO_LENGTH_MM**2)
+    share = np.clip(nearest, low, np.maximum(low, high))
+    aside = np.linalg.norm(gap - share[:, None] * way, axis=1)
+    return np.where(low <= high, aside, np.inf)
 
 
 def _measure_from_way(off: Array, way: Array, axis: Array | None) -> Array:

@@ -90,8 +90,8 @@ def list_intervals(name: str, corner: Array, cell: Array, counts: tuple[int, int
     order = np.lexsort((-side, z, ray))
     ray, z, side = ray[order], z[order], side[order]
     depth = np.cumsum(side)  # how often the ray is inside; every ray has to come out again
-    first = np.flatnonzero(np.diff(ray, prepend=-1))
-    if depth.min(initial=0) < 0 or (depth[np.append(first[1:], len(ray)) - 1] != 0).any():
+    is_last = np.diff(ray, append=-1) != 0
+    if depth.min(initial=0) < 0 or (depth[is_last] != 0).any():
         raise make_input_error(
             "VP506",
             f"{name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it enters it",
