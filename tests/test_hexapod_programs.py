@@ -90,8 +90,9 @@ def test_samples_are_converted(name: str, sample: str, run: Runner, tmp_path: Pa
     assert axes.exists()
 
 
-@pytest.mark.parametrize("by", [0.05, -0.05])
-def test_a_wrong_strut_is_found(by: float, run: Runner, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("by", "turn"), [(0.05, 30.0), (-0.05, 30.0), (0.0, 30.01)])
+def test_a_wrong_strut_or_turn_is_found(by: float, turn: float, run: Runner, tmp_path: Path) -> None:
+    """Of a tilted tool axis a C of 0.01 degrees is too: nothing but the six legs tells it."""
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     source.write_text(HEAD.format(words="A10 C30") + "X30 Y20\nM2\n", encoding="utf-8")
     options = ["--machine", "hexapod", "--tool-length", "90", "--wcs", "G54=0,0,0"]
@@ -102,6 +103,7 @@ def test_a_wrong_strut_is_found(by: float, run: Runner, tmp_path: Path) -> None:
         cells[2] = f"{float(cells[2]) + by:.7f}"
         rows[k] = ",".join(cells)
     axes.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    source.write_text(HEAD.format(words=f"A10 C{turn:g}") + "X30 Y20\nM2\n", encoding="utf-8")
     refused = run("verify", axes, "--against", source, *options)
     assert refused.code != 0
     assert "VP411" in refused.out + refused.err
@@ -244,4 +246,29 @@ def test_rows_of_a_tilted_line_that_a_loop_repeats_are_told_apart(name: str, bod
         f"o100 while [#<i> le 3]\n{body}\n#<i> = [#<i>+1]\no100 endwhile\ng0 z30\nm2\n"
     )
     result = verne_post.convert(program, name, verne_post.Options(tool_length=92, wcs={"G54": (0, 0, 60)}))
+    assert [item for item in result.findings if item.severity == "error"] == []
+
+
+#: A tool that stands upright, where rounded legs lean it towards any C; and tool axes on a great circle that comes near
+#: the pole, so that A and C go far from the lines between those of its ends.
+UPRIGHT = "G0 X0 Y0 Z20\nG81 X0 Y0 Z-10 R2 F300\nX5\nG80\nG0 Z20\nM2\n"
+NEAR_POLE = (
+    "G43.5 G0 X0 Y0 Z30 I0.426961 J-0.216257 K0.878031\nG1 X1 Y1 Z29 I-0.421593 J0.150985 K0.894127 F1200\n"
+    "Z35 I0 J0 K1\nM2\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "cycle", "body"),
+    [
+        ("hexapod", 0.004, UPRIGHT),
+        ("hexaglide", 0.01, UPRIGHT),
+        ("hexapod", 0.002, NEAR_POLE),
+    ],
+    ids=["upright-struts", "upright-sliders", "near-pole"],
+)
+def test_words_of_the_tool_axes_that_legs_hold_are_those_of_the_program(name: str, cycle: float, body: str) -> None:
+    """They were matched with another C, or with the other sign of A: VP901."""
+    options = verne_post.Options(tool_length=80, wcs={"G54": (0, 0, 60)}, cycle=cycle)
+    result = verne_post.convert("G21 G17 G90 G94\n" + body, name, options)
     assert [item for item in result.findings if item.severity == "error"] == []

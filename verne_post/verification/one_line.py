@@ -101,7 +101,7 @@ def _choose(
     item = first + low[row] + within
     segment, many, fresh = items.segment[item], pose.select(row), np.ones(len(row), dtype=bool)
     if pose.by_axis:
-        many = name_poses(path, segment, many, reference.noise.angle, (fresh, 0.0))
+        many = name_poses(path, segment, many, reference.words_bound, (fresh, 0.0))
     u = project_unwrapped(path, segment, many, fresh, 0.0, None)
     on_line = np.flatnonzero(path.kind[segment] == SegmentKind.LINE)
     weight = (tip_bound / axis_bound)[(item - first)[on_line]]

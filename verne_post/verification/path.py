@@ -12,6 +12,7 @@ from verne_post.model.protocols import TableCoordinates, turn_to_setup
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.programmed import find_tool_axis
+from verne_post.verification.projection import count_by_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
@@ -110,6 +111,8 @@ class PathCheck:
         where = "the place of the standstill"
         self._compare(rows, row, "tip", "mm", measure_rows(some.tip - pose[:, :3]), tip_bound, where)
         axis, rotary = measure_rows(some.axis - find_tool_axis(pose[:, 3:])), np.abs(some.angles[:, 1] - pose[:, 4])
+        if some.by_axis:
+            rotary = count_by_axis(rotary, pose[:, 3])
         self._compare(rows, row, "tool axis", "deg", axis / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
         self._compare(rows, row, "rotary angle", "deg", rotary / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
 

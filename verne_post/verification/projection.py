@@ -37,18 +37,21 @@ class Measured(JointPoses, frozen=True, eq=False, dict=True):
     """Poses that the joint values as written really have.
 
     With ``by_axis`` the joints tell the tool axis alone: C counts by what it moves the axis, at the pole nothing.
+    ``told`` are then the tool axes (n, 3) that they tell, and ``angles`` words that hold them within the tolerance.
     """
 
     by_axis: bool = False
+    told: Array | None = None
 
     @cached_property
     def axis(self) -> Array:
-        """Unit tool axes (n, 3) of the nominal angles, table frame."""
-        return find_tool_axis(self.angles)
+        """Unit tool axes (n, 3), table frame: those of the nominal angles, or as the joints tell them."""
+        return find_tool_axis(self.angles) if self.told is None else self.told
 
     def select(self, rows: Ints) -> "Measured":
         """The poses of some rows."""
-        return Measured(self.q[rows], self.tip[rows], self.angles[rows], self.by_axis)
+        told = None if self.told is None else self.told[rows]
+        return Measured(self.q[rows], self.tip[rows], self.angles[rows], self.by_axis, told)
 
     def weigh(self, radian_mm: Array | float) -> Array:
         """Weights of a radian against a mm for A and C, (n, 2) or broadcastable; ``radian_mm`` one or (n,)."""
@@ -117,7 +120,7 @@ def project_onto_straight(path: ToolPath, segment: Ints, measured: Measured, rad
     if len(on_circle):
         each = np.broadcast_to(radian_mm, len(segment))[on_circle]
         u[on_circle] = _project_on_great_circles(
-            path, segment[on_circle], tip[on_circle], find_tool_axis(angles[on_circle]), each
+            path, segment[on_circle], tip[on_circle], measured.axis[on_circle], each
         )
     return np.asarray(u)
 
@@ -232,8 +235,7 @@ def measure_off_segment(path: ToolPath, segment: Ints, u: Array, measured: Measu
     axis_off = measure_rows(measured.axis - find_tool_axis(angles))
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
     on_circle = np.flatnonzero((path.circle[segment] >= 0) | measured.by_axis)
-    moved = rotary_off[on_circle] * np.abs(np.sin(angles[on_circle, 0]))
-    rotary_off[on_circle] = np.where(rotary_off[on_circle] < OTHER_TURN, moved, rotary_off[on_circle])
+    rotary_off[on_circle] = count_by_axis(rotary_off[on_circle], angles[on_circle, 0])
     joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[segment[joint]]]
@@ -241,6 +243,11 @@ def measure_off_segment(path: ToolPath, segment: Ints, u: Array, measured: Measu
         tip_off[joint] = off[:, :-2].max(axis=1)
         axis_off[joint] = rotary_off[joint] = off[:, -2:].max(axis=1)
     return tip_off, axis_off, rotary_off
+
+
+def count_by_axis(rotary_off: Array, tilt: Array) -> Array:
+    """Deviations (n,) of C as motions of the tool axis with A at ``tilt`` (n,); a C that is a turn off in full."""
+    return np.where(rotary_off < OTHER_TURN, rotary_off * np.abs(np.sin(tilt)), rotary_off)
 
 
 def measure_deviation_nearby(

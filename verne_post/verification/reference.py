@@ -76,6 +76,15 @@ class Reference(Struct, frozen=True, eq=False):
         """How far rows may be from where no corner is rounded: tip (mm), and tool axis and rotary angle (rad)."""
         return PATH_TIP_MM + self.noise.coarse * self.noise.tip, PATH_AXIS_DEG * RAD_PER_DEG + self.noise.angle
 
+    @property
+    def words_bound(self) -> float:
+        """How far (rad) words may be from the tool axis that joints tell, where they tell no more.
+
+        Rounding is within: it turns the tool axes of the shipped machines by some 1e-7 rad at the default decimals, ten
+        times as much on a platform a tenth as large.
+        """
+        return _FINE_SHARE * PATH_AXIS_DEG * RAD_PER_DEG + self.noise.angle
+
     def find_standing_poses(self, item: Ints) -> Array:
         """Poses (n, 5), mm and rad, at which the machine stands before items (n,), or in a dwell after all motion.
 

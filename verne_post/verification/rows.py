@@ -168,7 +168,7 @@ class RowMatcher:
         """Measured poses (n,) with the angles of their segments, where the joints tell the tool axis alone."""
         if not self._joints_by_axis:
             return pose
-        return name_poses(self.reference.path, segment, pose, self.reference.noise.angle, (fresh, u_before))
+        return name_poses(self.reference.path, segment, pose, self.reference.words_bound, (fresh, u_before))
 
     # --- matching -------------------------------------------------------------------------
 
