@@ -223,6 +223,9 @@ class _Run:
         self.rounding = np.zeros(len(spans.line)) if spans.rounding is None else spans.rounding
         #: Depth by span and body; NaN while nothing is decided.
         self.depth: dict[tuple[int, str], float] = {}
+        #: Spans of one line in a row, and these by body where a touch is noted: an undecided one more says no more.
+        self.run_of_line = np.cumsum(np.diff(spans.line, prepend=spans.line[:1]) != 0)
+        self.told: set[tuple[int, str]] = set()
         #: Tip and axis by span and body where a certain contact begins, in the frame of the stock.
         self.begin: dict[tuple[int, str], tuple[Array, Array]] = {}
         _Run.bodies += sum(
@@ -268,8 +271,12 @@ class _Run:
                 self._find_room(number, tip, axis, tool.cutter)
             for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(in_corner) != 0)) + 1):
                 stood = tip[part[0], 0], axis[part[0], 0]
-                for k in part[near[part]].tolist():
-                    self._check(rows[k : k + 1], tip[k], axis[k], tool, stood)
+                for group in _group_spans(part, tip, axis):
+                    beside = group[near[group]]
+                    if len(beside) > 1 and self._is_far(tip[group], axis[group], bodies):
+                        continue
+                    for k in beside.tolist():
+                        self._check(rows[k : k + 1], tip[k], axis[k], tool, stood)
                 self._cut(rows[part], tip[part], axis[part], tool.cutter)
                 self._break(rows[part], tip[part], axis[part], tool)
                 past.append(np.stack([tip[part], axis[part]], axis=1))
@@ -350,12 +357,17 @@ class _Run:
                 for row in rows[first:].tolist():
                     self.depth[row, name] = max(depth, self.depth.get((row, name), -np.inf))
                 self.broken.add((int(self.spans.tool[rows[0]]), name))
+                self.told.update((one, name) for one in self.run_of_line[rows[first:]].tolist())
                 if self.only_first in (True, name):
                     self.is_over |= name != "cutter" or not self.rounding[rows[0]] > 0
             elif not (name == "shank" and tool.has_thin_shank):
                 for row, tips, axes in zip(rows.tolist(), *_list_pairs(tip, axis), strict=True):
-                    if not self._is_clear(row, tips, axes, name, body, stood or (tip[0], axis[0])):
+                    run = int(self.run_of_line[row]), name
+                    if run not in self.told and not self._is_clear(
+                        row, tips, axes, name, body, stood or (tip[0], axis[0])
+                    ):
                         self.depth.setdefault((row, name), np.nan)
+                        self.told.add(run)
 
     def _find_room(self, number: int, tip: Array, axis: Array, body: tuple[Piece, ...]) -> None:
         """Note how wide a thin line can be that has cut nothing yet: a wider one meets the stock in these rapids."""
@@ -448,6 +460,12 @@ class _Run:
             self.stock.find_touching(sweeps, table, compiled=self.compiled, only_first=True).any()
             for sweeps, table in self._list_enlarged(tip, axis, body, by, step)
         )
+
+    def _is_far(self, tip: Array, axis: Array, bodies: list[tuple[Piece, ...]]) -> bool:
+        """Whether bodies are clear on n spans (n, 2, 3) in a row by what they move between few standing ones."""
+        tips, axes = (np.append(one[:, 0], one[-1:, 1], axis=0) for one in (tip, axis))
+        by = self.stock.resolution + 0.5 * (STRETCH_MM + STEP_MM)
+        return not any(self._is_touching(tips, axes, body, by, STRETCH_MM) for body in bodies)
 
     def _find_hits(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
