@@ -29,15 +29,15 @@ def _name_on_circles(path: ToolPath, segment: Ints, angles: Array, u: Array, bou
     negative = path.start[segment, 3] < 0
     off = angles[:, 1] + np.where(negative, np.pi, 0.0) - wanted[:, 1]
     off -= 2 * np.pi * np.round(off / (2 * np.pi))
-    slack = _find_slack(angles, bound)
+    slack = find_slack(angles, bound)
     return np.stack(
         [np.where(negative, -1.0, 1.0) * angles[:, 0], wanted[:, 1] + np.where(np.abs(off) <= slack, 0.0, off)], axis=1
     )
 
 
-def _find_slack(angles: Array, bound: float) -> Array:
+def find_slack(angles: Array, bound: float) -> Array:
     """How far C (n,) may be turned while the tool axis stays within the bound (rad): by any angle near the pole."""
-    share = bound / np.maximum(np.sin(angles[:, 0]), _UPRIGHT)
+    share = bound / np.maximum(np.abs(np.sin(angles[:, 0])), _UPRIGHT)
     return np.where(share < 1.0, np.arcsin(np.minimum(share, 1.0)), np.pi)
 
 
@@ -66,7 +66,7 @@ def _name_angles(
     fresh, u_before = before[0] | (np.arange(len(angles)) == 0), np.where(before[0], 0.0, before[1])
     first = np.maximum.accumulate(np.where(fresh, np.arange(len(angles)), 0))
     expected = (start[:, 1] + u_before * turn[:, 1])[first]
-    slack = _find_slack(angles, bound)
+    slack = find_slack(angles, bound)
     # along a spline C goes by no line: there only the pole leaves it open
     slack[(path.spline[segment] >= 0) & (slack < np.pi)] = 0.0
     found, least = angles.copy(), np.full(len(angles), np.inf)
