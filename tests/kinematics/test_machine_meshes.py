@@ -97,7 +97,7 @@ def test_no_other_offset_is_sought_for_a_body_that_moves_along(
     The cutter runs into it: the distance of the housing, which takes most of the time, is measured in one case.
     """
     machine = machine if system is None else verne_post.load_machine()
-    cuts = "G1 Z-15 F300\nG0 X0 Y5\nG0 Z50\nG1 Z-14\nG0 X0\nG0 Z50\n"
+    cuts = "G1 X1 Z-15 F300\nG0 X0 Y5\nG0 Z50\nG1 Z-14\nG0 X0\nG0 Z50\n"
     program = f"G21 G90 G94 G54 T1 M6 S500 M3\nG0 X0 Y0 Z50 A0 C0\n{cuts}M30\n"
     floor = -60.0 if system == 1 else 0.0  # in all systems the same body on the table
     body = Box("clamp", (-50.0, -50.0, floor), (50.0, 50.0, floor + 60.0), system=system)
