@@ -104,6 +104,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     [
         (("--exclude", "lib"), ""),
         (("--exclude", "lib/*.nc"), ""),
+        (("--exclude", "p/lib"), ""),  # as findings name it
         (("--exclude", "**/O*.nc"), ""),
         ((), 'exclude = ["p/lib"]'),  # from the folder of the settings file
     ],

@@ -94,7 +94,7 @@ def add_exclude_option(command: "Callable[..., Any]") -> "Callable[..., Any]":
         "--exclude",
         multiple=True,
         metavar="PATTERN",
-        help="Leave out files of DIR that PATTERN matches, such as lib or **/sub*.nc; they are read where they are "
+        help="Leave out files of DIR that PATTERN matches, such as lib or DIR/**/sub*.nc; they are read where they are "
         "called. Repeatable.",
     )(command)
 
@@ -110,8 +110,8 @@ def drop_excluded(
 ) -> tuple[list[tuple[str, Path]], int]:
     """The programs without those that patterns exclude, and how many these are.
 
-    Patterns of the command line count from each folder that is given, or else from the current one; those of a
-    settings file from its folder. A folder that matches excludes what is in it. Those ``named`` stay. A pattern that
+    Patterns of the command line count from the current folder and from each folder that is given; those of a settings
+    file from its folder. A folder that matches excludes what is in it. Those ``named`` stay. A pattern that
     matches nothing is named on standard error.
 
     Raises
@@ -119,7 +119,7 @@ def drop_excluded(
     UsageError
         Where no program is left, unless they ``may_lack``.
     """
-    roots = {Path(name) if not is_dash(name) and Path(name).is_dir() else Path() for name in inputs}
+    roots = {Path(), *(Path(name) for name in inputs if not is_dash(name) and Path(name).is_dir())}
     asked = {(f"--exclude {pattern}", pattern): roots for pattern in patterns}
     for name, _place in found:
         if name not in named and (settings := find_settings(name)) is not None:

@@ -2,19 +2,21 @@
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding, describe, describe_trial
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import OF_THE_PART, Verdict, is_about_pose
+from verne_post.model.verdict import OF_THE_PART, SEVERITIES, Verdict, is_about_pose
 from verne_post.output.causes import Cause, find_causes
 from verne_post.output.findings import Report, describe_remedy, format_outcome, list_unchecked
 
 #: A comment has room for 65,536 characters.
 MAX_CHARACTERS: Final = 60_000
+#: Lines above the findings of a program.
+_HEAD: Final = 5
 #: ASCII that Markdown could take for its own, in a table as well.
 _MARKS: Final = re.compile(r"[\\`*_{}\[\]<>|~&$!]")
 
@@ -41,21 +43,17 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     more = [f"**NOT CHECKED** in others: {len(unchecked) - shown} further lines"] * (shown < len(unchecked))
     for text in (*unchecked[:shown], *more):
         lines += ["", text]
-    room, left_out = MAX_CHARACTERS - sum(map(len, lines)), 0
-    for report in reports:
-        rows, seen = [], set()
-        # a comment has no terminal beside it: remedies stand in it, each once; those of poses were tried
-        for cause in find_causes(report.findings):
-            was_tried = is_about_pose(cause.first.code) and cause.first.code not in OF_THE_PART
-            remedy = "" if was_tried else describe_remedy(cause.first, report.program, report.run)
-            rows.append(_write_row(cause, "" if remedy in seen else remedy))
-            seen.add(remedy)
-        head = ["", f"**{_escape(report.program)}**", "", "| line | finding |", "|---|---|"]
-        shown = _count_that_fit(rows, room - sum(map(len, head)))
-        room -= sum(map(len, (head + rows[:shown]) if shown else []))
-        left_out += len(rows) - shown
-        lines += [*head, *rows[:shown]] if shown else []
-    if left_out:
+    heads = [["", f"**{_escape(report.program)}**", "", "| line | finding |", "|---|---|"] for report in reports]
+    rows = [row for at, report in enumerate(reports) for row in _list_rows(at, report)]
+    room, shown_rows = MAX_CHARACTERS - sum(map(len, lines)), 0
+    for _gravity, at, row in sorted(rows, key=lambda one: one[0]):  # of all programs the errors first
+        room -= len(row) + (sum(map(len, heads[at])) if len(heads[at]) == _HEAD else 0)
+        if room < 0:
+            break
+        heads[at].append(row)
+        shown_rows += 1
+    lines += [line for head in heads if len(head) > _HEAD for line in head]
+    if left_out := len(rows) - shown_rows:
         lines += ["", f"{format_count(left_out, 'further finding')}: a comment has no room for them."]
     return "".join(line + "\n" for line in lines)
 
@@ -67,6 +65,17 @@ def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) 
         return f"{head}: {_escape(message)}\n"
     rows = [_write_row(cause, "") for cause in find_causes(findings)]
     return "".join(f"{line}\n" for line in (head, "", "| line | finding |", "|---|---|", *rows))
+
+
+def _list_rows(at: int, report: Report) -> Iterator[tuple[int, int, str]]:
+    """How grave each finding of a program is, the number of the program, and the row of a table, the gravest first."""
+    seen = set()
+    for cause in sorted(find_causes(report.findings), key=lambda one: SEVERITIES.index(one.first.severity)):
+        # a comment has no terminal beside it: remedies stand in it, each once; those of poses were tried
+        was_tried = is_about_pose(cause.first.code) and cause.first.code not in OF_THE_PART
+        remedy = "" if was_tried else describe_remedy(cause.first, report.program, report.run)
+        yield SEVERITIES.index(cause.first.severity), at, _write_row(cause, "" if remedy in seen else remedy)
+        seen.add(remedy)
 
 
 def _count_that_fit(rows: list[str], room: int) -> int:
