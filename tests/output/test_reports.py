@@ -264,6 +264,16 @@ def test_markdown_is_a_table_in_which_no_program_writes_markup(run: Callable[...
     assert "@\u2060someone #\u206012 \\| \\<b\\>\\*x\\*\\</b\\> \\`y\\`" in shown
 
 
+def test_markdown_without_room_has_the_errors_of_all_programs() -> None:
+    doubts = tuple(make_finding("VP505", f"doubt {k}: {'x' * 600}", line=k) for k in range(1, 99))
+    errors = tuple(make_finding("VP006", f"error {k}", line=k) for k in (7, 8))
+    shown = markdown.write([Report("a.nc", (*doubts, *errors[:1])), Report("b.nc", errors[1:])])
+    assert len(shown) <= 65_536 and "error 8" in shown
+    assert 0 < shown.index("error 7") < shown.index("doubt 1:")
+    left_out = 98 - shown.count("doubt ")
+    assert left_out > 0 and f"{left_out} further findings" in shown
+
+
 def test_markdown_says_once_what_a_set_up_settles() -> None:
     """Who reads a comment on a pull request has no terminal with the remedies beside it."""
     lengths = [make_finding("VP012", f"tool {k}", line=k, settled_by=(("tools", f"{k}"),)) for k in (1, 2)]
