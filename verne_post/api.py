@@ -349,7 +349,7 @@ def machined(
     unit : {"mm", "cm", "m", "inch"}
         Unit of the STL.
     gouge, excess : float
-        mm: deeper cuts are errors (VP218), more material along the normal is a warning (VP219).
+        mm along the normal: deeper cuts are errors (VP218), more material is a warning (VP219).
     grid : float
         mm; largest distance of a point of the surface from an examined one.
     search : float

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder, Wanted
 from verne_post.part.bodies import build_pieces, measure_phi
-from verne_post.part.bound import find_above, find_limit
+from verne_post.part.bound import find_clear, find_limit
 from verne_post.part.compare import (
     CLEAR,
     GOUGE,
@@ -194,8 +194,7 @@ def test_what_is_clear_is_clear_all_over_the_facet(shape, accelerate):
     normal = pick.normal(size=point.shape)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     delta = pick.uniform(0.01, 0.2, len(point))
-    limits = {piece: find_limit(piece, 0.05) for piece in motion.pieces}
-    clear = find_above((motion,), point, normal, delta, limits, ("cutter",), accelerate=accelerate)
+    clear = find_clear((motion,), point, normal, delta, 0.05, ("cutter",), accelerate=accelerate)
     crude = find_nearest((motion,), point, 5.0).distance - delta > find_limit(motion.pieces[0], 0.05)
     assert (clear & ~crude).mean() > 0.03  # convexity says more than the distance alone
     first = np.cross(normal, pick.normal(size=point.shape))
@@ -333,101 +332,3 @@ def test_the_rotation_of_the_best_fit_is_one():
     """To second order too: a part that was clamped 3 degrees askew is turned back, not squeezed."""
     for vector in np.random.default_rng(4).normal(size=(20, 3)):
         assert _make_rotation(vector) == pytest.approx(Rotation.from_rotvec(vector).as_matrix(), abs=1e-14)
-
-
-def prism(outline, y0: float = -5.0, y1: float = 5.0) -> Mesh:
-    """A closed part: an outline in x and z, counter-clockwise, from a corner that sees all of it, along y."""
-    near, far = (np.array([[x, y, z] for x, z in outline]) for y in (y0, y1))
-    n = len(outline)
-    ends = [face for k in range(1, n - 1) for face in (near[[0, k, k + 1]], far[[0, k + 1, k]])]
-    sides = [
-        face
-        for k in range(n)
-        for j in [(k + 1) % n]
-        for face in ((near[k], far[k], far[j]), (near[k], far[j], near[j]))
-    ]
-    return build_mesh("part.stl", np.array([*ends, *(np.array(one) for one in sides)]))
-
-
-def pass_along_y(x: float, z: float, radius: float = 4.0, y=(-12.0, 12.0)) -> Motion:
-    """A flat cutter upright along y, its axis at x and its end at z."""
-    tip = np.array([[x, one, z] for one in y])
-    pieces = build_pieces(flat(radius), LENGTH)
-    return build_motion("tool 1", pieces, tip, np.tile(UPRIGHT, (2, 1)), np.arange(2), np.ones(2, bool))
-
-
-def drill_down(x: float, z: float, radius: float) -> Motion:
-    tip = np.array([[x, 0.1, 30.0], [x, 0.1, z]])
-    pieces = build_pieces(flat(radius), LENGTH)
-    return build_motion("tool 1", pieces, tip, np.tile(UPRIGHT, (2, 1)), np.arange(2), np.ones(2, bool))
-
-
-STEP = [(0.0, -8.0), (8.0, -8.0), (8.0, -4.0), (0.0, -4.0), (0.0, 0.0), (-8.0, 0.0), (-8.0, -8.0)]
-BLOCK = [(-8.0, -8.0), (8.0, -8.0), (8.0, 0.0), (-8.0, 0.0)]
-
-
-def measure_removed(outline, motion: Motion, window, step: float) -> float:
-    """How deep removed material lies in an outline, mm: dense places of a section across y, by its sides alone."""
-    corner = np.array(outline)
-    side = np.roll(corner, -1, axis=0) - corner
-    x, z = (one.ravel() for one in np.meshgrid(*(np.arange(a, b, step) + 0.5 * step for a, b in window)))
-    away = np.stack([x, z], axis=1)[:, None] - corner
-    share = np.clip((away * side).sum(2) / (side * side).sum(1), 0.0, 1.0)
-    nearest = np.linalg.norm(away - share[:, :, None] * side, axis=2).min(1)
-    crossed = (corner[:, 1] > z[:, None]) != (np.roll(corner, -1, axis=0)[:, 1] > z[:, None])
-    along = corner[:, 0] + (z[:, None] - corner[:, 1]) * side[:, 0] / np.where(side[:, 1] == 0, 1.0, side[:, 1])
-    inside = (crossed & (along > x[:, None])).sum(1) % 2 == 1
-    tool, half = motion.tip[0], motion.pieces[0].radius
-    removed = inside & (np.abs(x - tool[0]) < half) & (z > tool[2])
-    return float(nearest[removed].max(initial=0.0))
-
-
-@pytest.mark.parametrize(
-    ("outline", "x", "z", "state", "depth"),
-    [
-        (STEP, 4.0, -4.03, CLEAR, 0.03),  # a floor within the limit: the walls below its edges are cut away sideways
-        (STEP, 4.0, -4.045, CLEAR, 0.045),
-        (STEP, 4.0, -4.06, GOUGE, 0.06),
-        (STEP, 3.955, -4.0, CLEAR, 0.045),  # a wall cut from the side
-        (STEP, 3.94, -4.0, GOUGE, 0.06),
-        (STEP, 3.96, -4.04, GOUGE, 0.0566),  # both: their corner is cut deeper than either
-        (STEP, 3.97, -4.03, CLEAR, 0.0424),
-        (BLOCK, 12.0 - 0.045, -2.0, CLEAR, 0.045),  # the edge of a block
-        (BLOCK, 11.9, -0.045, CLEAR, 0.045),
-        (BLOCK, 11.9, -0.2, GOUGE, 0.1),
-    ],
-)
-def test_a_gouge_is_as_deep_as_removed_material_lies_in_the_part(outline, x, z, state, depth):
-    """Against dense places of a section, 0.002 mm apart."""
-    motion = pass_along_y(x, z)
-    edge = x - 4.0
-    window = ((edge - 0.01, edge + 0.5), (z - 0.01, z + 0.5))
-    exact = measure_removed(outline, motion, window, 0.002)
-    assert exact == pytest.approx(depth, abs=0.003)
-    found = compare(prism(outline), (motion,), Wanted(grid=0.5))
-    assert state == CLEAR or (found.state == GOUGE).any()
-    assert state == GOUGE or (found.state == CLEAR).all()
-    assert found.gouges.depth.max(initial=0.0) == pytest.approx(exact if state == GOUGE else 0.0, abs=0.003)
-
-
-@pytest.mark.parametrize(
-    ("width", "motion", "least"),
-    [
-        (0.06, pass_along_y(0.0, -3.0), 1.9),  # a rib that is cut off: no material is farther inside than 0.03
-        (0.06, drill_down(0.0, -7.0, 0.3), 0.2),
-        (0.02, pass_along_y(0.0, -3.0), 1.9),
-        (1.0, drill_down(0.0, -3.0, 0.2), 0.15),  # a hole along a wall
-    ],
-)
-def test_what_is_cut_through_is_refused_however_thin_it_is(width, motion, least):
-    rib = prism([(-width / 2, -8.0), (width / 2, -8.0), (width / 2, 0.0), (-width / 2, 0.0)])
-    found = compare(rib, (motion,), Wanted(grid=0.5))
-    assert (found.state == GOUGE).any()
-    assert found.gouges.depth.max() >= least
-
-
-@pytest.mark.parametrize("thick", [0.06, 0.5])
-def test_a_hole_through_a_sheet_is_refused(thick):
-    sheet = prism([(-3.0, -thick), (3.0, -thick), (3.0, 0.0), (-3.0, 0.0)], -3.0, 3.0)
-    found = compare(sheet, (drill_down(0.2, -5.0, 0.6),), Wanted(grid=0.3))
-    assert found.gouges.depth.max() >= max(0.39, 0.45 * thick)

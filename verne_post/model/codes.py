@@ -405,8 +405,7 @@ CODES: Final[dict[str, Code]] = _make_table(
      "The table's tilt cannot correct this component, and C stays as programmed.",
      "Let C correct its component (--correct-axis), or accept a larger error in the machine file."),
     ("VP218", "gouge", "error",
-     "Cutter, shank or holder cut into the nominal part, deeper than --gouge, or gouge_mm of a set-up's [part]. The "
-     "depth is that of removed material below the nearest surface of the part, or what is lost around a cut through.",
+     "Cutter, shank or holder cut into the nominal part, deeper than --gouge, or gouge_mm of a set-up's [part].",
      "Compare tool, tool length and work offset with those at the machine. If they are right, change the motion at "
      "the line and place of the message."),
     ("VP219", "excess left on the part", "warning",

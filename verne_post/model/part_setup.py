@@ -231,7 +231,7 @@ class Wanted:
     Attributes
     ----------
     gouge, excess : float
-        Depths that count: of cuts to the nearest place of the surface, of excess along the normal.
+        Depths along the normal that count.
     grid : float
         Largest distance of a point of the surface from an examined one.
     search : float

@@ -31,7 +31,7 @@ _TOGETHER: Final = 4096
 
 
 def find_limit(piece: Piece, depth: float) -> float:
-    """The phi that a tool which cuts this deep reaches somewhere on the surface, mm, below 0.
+    """The phi that a gouge of this depth along the normal reaches somewhere on the surface, mm, below 0.
 
     A wedge of a tool reaches sin(half its angle) of the depth, a rounded edge all of it, up to its radius. Gouges that
     are not small against the tool count as small ones.
@@ -46,6 +46,24 @@ def find_limit(piece: Piece, depth: float) -> float:
     if piece.core[1, 1] > piece.core[0, 1]:  # a point
         sharp = np.append(sharp, np.cos(heading[0]))
     return -depth * float(sharp.min(initial=1.0))
+
+
+def find_clear(
+    motions: tuple[Motion, ...],
+    point: Array,
+    normal: Array,
+    delta: Array,
+    depth: float,
+    parts: tuple[str, ...],
+    *,
+    accelerate: bool = True,
+) -> Mask:
+    """Where no tool cuts deeper than ``depth`` along the normal into flat facets (n,): certain where True.
+
+    Parameters as of :func:`find_above`.
+    """
+    limits = {piece: find_limit(piece, depth) for motion in motions for piece in motion.pieces}
+    return find_above(motions, point, normal, delta, limits, parts, accelerate=accelerate)
 
 
 def find_above(

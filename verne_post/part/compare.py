@@ -1,14 +1,11 @@
 """A nominal surface against the moving tools: how deep they cut, how much they leave, and what is certain.
 
-Facets are divided into cells, and shifted into the part by the depth that is asked for: a deeper cut crosses them. A
-cell is *clear* where a certain bound says that no tool comes to it, or where it is nearer to another facet. It is a
-*gouge* where material is removed deeper, or where none of the part remains near by; else it is cut in four, until its
-size says that this leads nowhere: *not decided*. Excess is measured at the middle of each cell of the first division.
+Facets are divided into cells. A cell is *clear* where a certain bound says that no gouge in it is deeper than asked, a
+*gouge* where one is found along its normal; else it is cut in four, until its size says that this leads nowhere: *not
+decided*. Excess is measured at the middle of each cell of the first division.
 """
 
 from collections.abc import Callable
-from functools import cached_property
-from itertools import product
 from typing import Final
 
 import numpy as np
@@ -18,8 +15,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import find_row_max, measure_rows, sum_rows
 from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import Wanted
-from verne_post.part.bound import find_above, find_limit
-from verne_post.part.inset import CLOSES, SHARE, Surface, close_gaps, widen_facets
+from verne_post.part.bound import find_clear, find_limit
 from verne_post.part.motion import Motion
 from verne_post.part.stl import Mesh
 from verne_post.part.sweep import Nearest, find_nearest
@@ -31,20 +27,8 @@ FOLLOWING: Final = ("shank", "holder")
 #: More cells than this are not made, nor looked at again: 300 bytes each.
 MAX_CELLS: Final = 1_000_000
 #: A cell that is still not decided below this share of the gouge that is asked for is left so.
-_LEAST_SHARE: Final = 0.02
+_LEAST_SHARE: Final = 0.05
 _HOPELESS_SHARE: Final = 0.25
-#: Where so many cells cannot be decided, smaller ones are not looked at.
-_MOST_HOPELESS: Final = 20_000
-#: Places along a normal where the depth is measured, as shares of what is cut along it.
-_SHARES: Final = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.75, 0.9)
-#: What is cut along the normal is cut through where it is so little inside the part.
-_THROUGH: Final = 0.6
-#: Places are lost only where they are cut deeper than this share of the gouge.
-_CUT_SHARE: Final = 0.25
-#: Directions in which what remains of the part is sought.
-_DIRECTIONS: Final = np.array(
-    [np.array(one) / np.linalg.norm(one) for one in product((-1.0, 0.0, 1.0), repeat=3) if any(one)]
-)
 #: Depths along the normal are known to this, mm.
 TRACED_MM: Final = 1e-4
 #: Distances of the middles of cells may be above the least ones by this, mm.
@@ -152,8 +136,8 @@ def compare(
     InputError
         VP018 where the grid would make too many cells.
     """
+    judge = _Judge(mesh, motions, wanted, accelerate)
     cells = divide(mesh, wanted.grid)
-    judge = _Judge(mesh, cells, motions, wanted, accelerate)
     blocks = [cells.select(slice(first, first + _BLOCK)) for first in range(0, len(cells.facet), _BLOCK)]
     looked, deviations = [], []
     for k, block in enumerate(blocks):
@@ -162,7 +146,6 @@ def compare(
         nearest, deviation = judge.judge_cells(block)
         looked.append(nearest)
         deviations.append(deviation)
-    judge.judge_gaps()
     nearest = Nearest(*(np.concatenate([getattr(one, name) for one in looked]) for name in Nearest.__struct_fields__))
     return Comparison(
         mesh, wanted, cells, np.concatenate(deviations), nearest, judge.state, judge.deepest, judge.list_gouges()
@@ -206,27 +189,26 @@ def measure_areas(corner: Array) -> Array:
 class _Judge:
     """Decides cells, and keeps what is known of their facets."""
 
-    def __init__(self, mesh: Mesh, cells: Cells, motions: tuple[Motion, ...], wanted: Wanted, accelerate: bool) -> None:
+    def __init__(self, mesh: Mesh, motions: tuple[Motion, ...], wanted: Wanted, accelerate: bool) -> None:
         self.motions, self.wanted, self.accelerate = motions, wanted, accelerate
         self.normals = mesh.list_normals()
         self.state = np.full(len(mesh.facets), CLEAR)
         self.deepest = np.zeros(len(mesh.facets))
         self.found: list[Gouges] = []
         self.bow = max((motion.bow for motion in motions), default=0.0)
-        self.inset = SHARE * wanted.gouge
-        self.wider = widen_facets(mesh, self.inset)
-        self.mesh, self.cells = mesh, cells
-        #: How far a place is inside the sharpest piece of each group at least, as a share of what it cuts deeper.
-        self.sharp: dict[tuple[str, ...], float] = {}
-        for parts in (CUTTING, FOLLOWING):
-            pieces = [piece for motion in motions for piece in motion.pieces if piece.part in parts]
-            if pieces:
-                self.sharp[parts] = min(-find_limit(piece, wanted.gouge) for piece in pieces) / wanted.gouge
-
-    @cached_property
-    def surface(self) -> Surface:
-        """The surface, for distances from it."""
-        return Surface(self.cells.corner, self.normals[self.cells.facet], *self.cells.find_circles())
+        #: phi that a gouge reaches at least somewhere, of the sharpest piece of each group.
+        self.limits: dict[tuple[str, ...], float] = {
+            parts: max(
+                (
+                    find_limit(piece, wanted.gouge)
+                    for motion in motions
+                    for piece in motion.pieces
+                    if piece.part in parts
+                ),
+                default=-np.inf,
+            )
+            for parts in (CUTTING, FOLLOWING)
+        }
 
     def judge_cells(self, cells: Cells) -> tuple[Nearest, Array]:
         """Decide cells of the first division; returns what is nearest to their middles, and the deviations (n,)."""
@@ -237,8 +219,9 @@ class _Judge:
         high = np.flatnonzero(nearest.distance > 0.5 * self.wanted.excess)
         deviation[high] = self._trace(middle[high], normal[high], nearest.distance[high], self.wanted.search, CUTTING)
         for parts in (CUTTING, FOLLOWING):
-            deep, depth = self._judge_parts(cells, parts, nearest if parts == CUTTING else None)
-            deviation[deep] = -np.maximum(depth, np.where(deviation[deep] < 0, -deviation[deep], 0.0))
+            if np.isfinite(self.limits[parts]):
+                deep, depth = self._judge_parts(cells, parts, nearest if parts == CUTTING else None)
+                deviation[deep] = -np.maximum(depth, np.where(deviation[deep] < 0, -deviation[deep], 0.0))
         return nearest, deviation
 
     def list_gouges(self) -> Gouges:
@@ -258,114 +241,51 @@ class _Judge:
         return find_nearest(self.motions, point, cap, parts, slack=slack, accelerate=self.accelerate)
 
     def _judge_parts(self, cells: Cells, parts: tuple[str, ...], nearest: Nearest | None) -> tuple[Ints, Array]:
-        """Decide cells of the surface for one group of parts; returns those that are gouges, and the depths there."""
-        near = np.arange(len(cells.facet))
-        if nearest is not None:  # no tool comes farther in than the surface is shifted
-            near = np.flatnonzero(nearest.distance - _SLACK_MM - self.bow <= self.inset + cells.find_circles()[1])
-        cells, normal = cells.select(near), self.normals[cells.facet[near]]
-        shifted = Cells(cells.corner - self.inset * normal[:, None], cells.facet)
-        gouge, depth = self._judge_shifted(shifted, normal, parts)
-        return near[gouge], depth
-
-    def judge_gaps(self) -> None:
-        """Decide what closes the gaps between the shifted facets."""
-        corner, normal, facet = close_gaps(self.mesh, self.inset)
-        for parts in (CUTTING, FOLLOWING):
-            self._judge_shifted(Cells(corner, facet), normal, parts)
-
-    def _judge_shifted(self, cells: Cells, normal: Array, parts: tuple[str, ...]) -> tuple[Ints, Array]:
-        """Decide cells of the shifted surface; returns those that are gouges at their middles, and the depths there."""
-        if parts not in self.sharp:
-            return np.zeros(0, dtype=np.int64), np.zeros(0)
-        wanted = self.wanted
-        limits = {piece: 0.0 for motion in self.motions for piece in motion.pieces}
+        """Decide cells for one group of parts; returns those that are gouges at their middles, and the depths there."""
+        wanted, limit = self.wanted, self.limits[parts]
         first: tuple[Ints, Array] | None = None
         while True:
             middle, delta = cells.find_circles()
-            delta = delta + self.wider[cells.facet]
-            clear = find_above(self.motions, middle, normal, delta, limits, parts, accelerate=self.accelerate)
-            left = np.flatnonzero(~clear)
-            cells, middle, delta, normal = cells.select(left), middle[left], delta[left], normal[left]
-            height = self._measure(middle)  # below 0 inside the part
-            closes = -height > CLOSES * wanted.gouge - delta
-            nearest = self._look(middle, delta + self.bow, parts)
-            place = middle + self.inset * normal
+            left = np.arange(len(delta))
+            if nearest is not None:  # farther is clear at once
+                left = np.flatnonzero(nearest.distance - _SLACK_MM - delta - self.bow <= limit)
+            clear = find_clear(
+                self.motions,
+                middle[left],
+                self.normals[cells.facet[left]],
+                delta[left],
+                wanted.gouge,
+                parts,
+                accelerate=self.accelerate,
+            )
+            left = left[~clear]
+            cells, middle, delta = cells.select(left), middle[left], delta[left]
+            normal = self.normals[cells.facet]
+            nearest = self._look(middle, delta + self.bow, parts) if nearest is None else nearest.select(left)
             depth = np.zeros(len(left))
-            deep = np.flatnonzero((nearest.distance <= 0.0) & (-height >= self.inset - TRACED_MM))
-            depth[deep] = self._measure_depth(place[deep], normal[deep], parts)
-            doubtful = ~closes | (first is None)  # what is cut off whole is found at once
-            thin = np.flatnonzero((nearest.distance <= 0.0) & (depth <= wanted.gouge) & doubtful)
-            depth[thin] = self._measure_loss(place[thin], parts)
-            gouge = depth > wanted.gouge
+            cut = np.flatnonzero(nearest.distance <= 0.5 * limit)
+            depth[cut] = -self._trace(middle[cut], normal[cut], -wanted.search, 0.0, parts)
+            gouge = np.nan_to_num(depth, nan=0.0) > wanted.gouge
             self.state[cells.facet[gouge]] = GOUGE
-            self.found.append(Gouges(place[gouge], depth[gouge], cells.facet[gouge], nearest.select(gouge)))
+            self.found.append(Gouges(middle[gouge], depth[gouge], cells.facet[gouge], nearest.select(gouge)))
             if first is None:
                 first = left[gouge], depth[gouge]
-            open_ones = ~gouge & closes
+            open_ones = ~gouge
             # where the middle itself cannot be called clear, smaller cells can only show a deeper place
-            hopeless = (nearest.distance <= self.bow) & (-height >= self.inset - TRACED_MM)
-            many = 4 * open_ones.sum() > MAX_CELLS
-            # where the program is refused already, less is looked at
-            least = _HOPELESS_SHARE if any(len(one.depth) for one in self.found) else _LEAST_SHARE
-            small = open_ones & (
-                (hopeless & ((delta < _HOPELESS_SHARE * wanted.gouge) | (4 * hopeless.sum() > _MOST_HOPELESS)))
-                | (delta - self.wider[cells.facet] < least * wanted.gouge)
-                | many
-            )
+            hopeless = (nearest.distance - self.bow <= limit) & (delta < _HOPELESS_SHARE * wanted.gouge)
+            small = open_ones & (hopeless | (delta < _LEAST_SHARE * wanted.gouge) | (4 * open_ones.sum() > MAX_CELLS))
             facet = cells.facet[small]
             self.state[facet] = np.where(self.state[facet] == GOUGE, GOUGE, UNDECIDED)
-            past = delta[small] + self.bow + _SLACK_MM - nearest.distance[small]
-            np.maximum.at(self.deepest, facet, wanted.gouge + past / self.sharp[parts])
+            np.maximum.at(
+                self.deepest,
+                facet,
+                (delta[small] + self.bow + _SLACK_MM - nearest.distance[small]) * wanted.gouge / -limit,
+            )
             # a facet that is known to be gouged is not looked at again
             again = open_ones & ~small & (self.state[cells.facet] != GOUGE)
             if not again.any():
                 return first
-            cells, normal = cells.select(again).cut(2), np.repeat(normal[again], 4, axis=0)
-
-    def _measure(self, point: Array) -> Array:
-        """Signed distances (n,) from the surface, mm; negative inside the part."""
-        return self.surface.measure(point) if len(point) else np.zeros(0)
-
-    def _measure_depth(self, place: Array, normal: Array, parts: tuple[str, ...]) -> Array:
-        """How far inside the part what is cut along the normal (n,) lies, to the nearest place of the surface, mm."""
-        along = -np.nan_to_num(self._trace(place, normal, -self.wanted.search, 0.0, parts), nan=0.0)
-        depth = -self._measure(place - along[:, None] * normal)
-        bent = np.flatnonzero(depth < along - TRACED_MM)  # the ray comes near to another face, or out of it
-        for share in _SHARES:
-            at = place[bent] - share * along[bent, None] * normal[bent]
-            inside = -self._measure(at)
-            inside[self._look(at, TRACED_MM, parts).distance >= TRACED_MM] = 0.0
-            depth[bent] = np.maximum(depth[bent], inside)
-        through = bent[depth[bent] <= _THROUGH * along[bent]]
-        depth[through] = np.maximum(depth[through], self._measure_loss(place[through], parts))
-        return depth
-
-    def _measure_loss(self, place: Array, parts: tuple[str, ...]) -> Array:
-        """How far around places (n,) of the surface nothing of the part remains, mm; 0 where some remains near by.
-
-        Places nearer to one another than a gouge are looked at once.
-        """
-        loss = np.zeros(len(place))
-        cut = np.flatnonzero(self._look(place, 0.0, parts).distance < -_CUT_SHARE * self.wanted.gouge)
-        if not len(cut):
-            return loss
-        _cube, one, of = np.unique(
-            np.floor(place[cut] / self.wanted.gouge), axis=0, return_index=True, return_inverse=True
-        )
-        at, lost, reach = place[cut[one]], np.zeros(len(one)), 2.0 * self.wanted.gouge
-        left = np.arange(len(one))
-        while len(left) and reach <= self.wanted.search:
-            for direction in _DIRECTIONS:
-                for radius in (reach, 0.5 * reach):
-                    point = at[left] + radius * direction
-                    remains = self._measure(point) < 0.0
-                    some = np.flatnonzero(remains)
-                    remains[some] = self._look(point[some], TRACED_MM, ()).distance > 0.0
-                    left = left[~remains]
-            lost[left] = reach
-            reach = min(2.0 * reach, self.wanted.search) if reach < self.wanted.search else np.inf
-        loss[cut] = lost[of.ravel()]
-        return loss
+            cells, nearest = cells.select(again).cut(2), None
 
     def _trace(self, point: Array, normal: Array, start: Array | float, stop: float, parts: tuple[str, ...]) -> Array:
         """How far along the normal (n,) the tools are met first, from ``start`` on; NaN where not before ``stop``."""

@@ -12,6 +12,7 @@ from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_text
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.verdict import find_exit_status
+from verne_post.part.bound import find_limit
 from verne_post.part.clearance import Contacts
 from verne_post.part.compare import UNDECIDED, Comparison
 from verne_post.part.motion import Motion
@@ -21,10 +22,10 @@ from verne_post.part.sweep import Nearest
 Datum = Literal["table", "fit"]
 #: Lines that are no farther apart belong to one finding.
 _GAP: Final = 5
+#: A gouge that is so many times as deep along the normal as by the shortest way out is told with both depths.
+_SIDEWAYS: Final = 2.0
 #: So many findings of a kind are listed, the gravest; the last says how many more there are.
 MOST_FINDINGS: Final = 20
-#: A limit so many times the depth that is not exceeded would decide it.
-_MORE: Final = 1.1
 
 
 class Judged(Struct, frozen=True, eq=False):
@@ -107,7 +108,14 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
         worst = rows[int(np.argmax(gouges.depth[rows]))]
         deep = gouges.depth[worst]
         or_more = " or more" if deep >= wanted.search else ""
-        text = f"the {body} cuts {deep:.3f} mm{or_more} into {mesh.name} at {describe_place(gouges.place[worst])}"
+        text = (
+            f"the {body} cuts {deep:.3f} mm{or_more} into {mesh.name}, along the normal, at "
+            f"{describe_place(gouges.place[worst])}"
+        )
+        # a wall that is undercut a little is cut deep along its normal: the other number says how far the tool is off
+        shortest = float(-gouges.nearest.distance[rows].min())
+        if deep > _SIDEWAYS * shortest:
+            text += f"; by the shortest way out it is {shortest:.3f} mm deep, at the deepest place of these lines"
         found = _make_finding("VP218", text, lines, find_line(judged, gouges.nearest, worst), float(deep), wanted.gouge)
         spots.append(Spot(found, gouges.place[worst], find_tip(judged, gouges.nearest, worst)))
     high = np.flatnonzero(np.nan_to_num(comparison.deviation, nan=0.0) > wanted.excess)
@@ -144,16 +152,20 @@ def _report_undecided(judged: Judged, facets: Ints, severity: str) -> Finding:
         f"{len(facets)} facets of {comparison.mesh.name} are not decided: no gouge deeper than {wanted.gouge:g} mm was "
         f"found there, and none is deeper than {deepest:.3f} mm"
     )
-    text += f"; gouge_mm (--gouge) {_MORE * deepest:.2g} would accept that"
     cells = np.flatnonzero(np.isin(comparison.cells.facet, facets) & (nearest.row >= 0))
     worst = int(cells[np.argmin(nearest.distance[cells])]) if len(cells) else -1
+    depth = -float(nearest.distance[worst])
     line = None
-    if worst >= 0:
+    if worst >= 0 and depth > 0.0:
         motion = judged.motions[nearest.motion[worst]]
+        piece = motion.pieces[nearest.piece[worst]]
+        # what an edge reaches of a gouge, and a tenth more for what its bound is wide
+        enough = 1.1 * depth * wanted.gouge / -find_limit(piece, wanted.gouge)
         line = find_line(judged, nearest, worst)
         text += (
-            f"; the {motion.pieces[nearest.piece[worst]].part} of {motion.name} comes nearest at "
-            f"{describe_place(comparison.cells.corner[worst].mean(axis=0))}"
+            f"; the {piece.part} of {motion.name} is deepest at "
+            f"{describe_place(comparison.cells.corner[worst].mean(axis=0))}, {depth:.3f} mm by the shortest way out: "
+            f"gouge_mm (--gouge) {enough:.2g} would accept that, and one below {depth:.2g} refuse it"
         )
     where = {"line": line, "value": deepest, "limit": wanted.gouge, "unit": "mm", "count": len(facets)}
     return make_finding("VP220", text, severity=severity, **where)
