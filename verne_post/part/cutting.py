@@ -56,9 +56,9 @@ MEASURED_BODIES: Final = 20
 #: Rays across a body from which these are chosen, if that leaves enough.
 CHOSEN_FROM: Final = 10_000
 #: Farther than this, mm, from its axis a cutter of unknown diameter has cut nothing: shell mills for spindles of taper
-#: 40 end at 160 mm (ISO 6462: larger ones are screwed to the nose of a spindle of taper 50), and drills at 80 mm.
+#: 40 end at 160 mm (ISO 6462: larger ones are screwed to the nose of a spindle of taper 50), most drills at 50 mm.
 LINE_RADIUS_MM: Final = 80.0
-DRILL_RADIUS_MM: Final = 40.0
+DRILL_RADIUS_MM: Final = 25.0
 #: Nor higher above its tip.
 LINE_HEIGHT_MM: Final = 100.0
 #: To this its radius is told, mm, from the room that it has in rapids.
