@@ -731,3 +731,17 @@ def test_a_tool_that_cuts_only_air_is_in_doubt(second: str, diameter: float, sai
     assert not [item for item in findings if item.severity == "error"]
     found = [item.message for item in findings if item.code == "VP505"]
     assert [f"tool 2 cuts nothing of the stock: its nearest cut, {said}" in one for one in found] == [True] * bool(said)
+
+
+@pytest.mark.parametrize(("spindle", "severity"), [("M3", "warning"), ("M5", "error")])
+def test_a_probe_without_a_diameter_has_cut_nothing(spindle: str, severity: str) -> None:
+    """It touches the side of the stock; a rapid of another tool beside it, into the stock, was undecided."""
+    program = (
+        f"G21 G90 G17\nT3 M6\nS900 {spindle}\nG54 G0 X0. Y-60. A0. C0.\nG43 H3 Z-5.\nG1 Y-22. F300.\nY-60.\nG0 Z20.\nM5\n"
+        "T1 M6\nS900 M3\nG43 H1 Z20.\nX-10. Y-10.\nZ-2.\nG1 X10.\nG0 Z20.\nM30\n"
+    )
+    tools = {n: Tool(n, n, (0.0, 0.0, 80.0, *(0.0,) * 6), size) for n, size in ((1, 8.0), (3, 0.0))}
+    box = vp.Box("the stock", (-40, -20, -20), (40, 20, 0), 1)
+    options = vp.Options(dialect="fanuc", split_at_stops=True, tools=tools, wcs={"G54": (0, 0, 80)}, stock=box)
+    findings = vp.check(program, "ac_trunnion", options, limits_only=True).findings
+    assert [item.severity for item in findings if item.code == "VP216"] == [severity], findings

@@ -24,7 +24,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import MoveKind, find_tool_of_moves
+from verne_post.model.moves import MoveKind, Moves, find_tool_of_moves
 from verne_post.model.part_setup import (
     TOOL_PARTS,
     WORK_SYSTEMS,
@@ -144,7 +144,8 @@ def _list_thin_tools(program: Program) -> list[int]:
     for one in (program, program.skipped):
         if one is not None:
             moved = find_tool_of_moves(one.path.move_reached, one.path.first_move, one.moves)
-            numbers |= set(moved[one.path.feed_time > 0].tolist())
+            cutters = set(moved[one.path.feed_time > 0].tolist())
+            numbers |= cutters.intersection(_list_started_tools(one.moves)) or cutters
     return [number for number in sorted(numbers) if not find_shape(number, program.options)]
 
 
@@ -243,6 +244,12 @@ def _report_untouched(program: Program, keep_out: KeepOut, box: Placed) -> list[
     return [path.called_lines.place(item)]
 
 
+def _list_started_tools(moves: Moves) -> list[int]:
+    """Tools whose spindle the program starts: others are no cutters, as a probe, unless it starts none."""
+    starts = [one.before for one in moves.events if one.kind == "spindle" and one.data["direction"] != "stop"]
+    return np.unique(find_tool_of_moves(np.array(starts, dtype=np.int64), 0, moves)).tolist()
+
+
 def _report_tools_in_air(
     program: Program, keep_out: KeepOut, box: Placed, gaps: Array, rows: Ints
 ) -> Iterator[Finding]:
@@ -252,8 +259,7 @@ def _report_tools_in_air(
     of its own, or shifted aside by the size of the stock, a tool may cut another part.
     """
     path, moves, tool = program.path, program.moves, keep_out.moving.tool
-    starts = [one.before for one in moves.events if one.kind == "spindle" and one.data["direction"] != "stop"]
-    started_tools = set(find_tool_of_moves(np.array(starts, dtype=np.int64), 0, moves).tolist())
+    started_tools = _list_started_tools(moves)
 
     def list_places(cuts: Ints) -> Iterator[tuple[int, Array]]:
         for number in np.unique(moves.frame[path.move[cuts]]).tolist():
@@ -377,7 +383,10 @@ def _list_spans(
     tools = [(moving.shapes[int(k)], long) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
     lines, rounding = path.number_lines(segment), find_rounding(contour)[owner[first]]
-    return Spans(tips, axes, lines, tool.reshape(-1), path.feed_time[segment] == 0, rounding), tools
+    started_tools = _list_started_tools(program.moves)
+    numbers = find_tool_of_moves(path.move_reached[segment], path.first_move, program.moves)
+    still = ~np.isin(numbers, started_tools) & bool(started_tools)
+    return Spans(tips, axes, lines, tool.reshape(-1), path.feed_time[segment] == 0, rounding, still), tools
 
 
 def find_rounding(contour: Contour) -> Array:

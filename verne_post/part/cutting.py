@@ -114,6 +114,7 @@ class Spans(Struct, frozen=True, eq=False):
     tool: Ints
     rapid: Mask  #: (n,): Rapid traverse.
     rounding: Array | None = None  #: (n,): What a rounded corner before it leaves of a cut, mm; None where not known.
+    still: Mask | None = None  #: (n,): The spindle of the tool is never started, as of a probe; None where not known.
 
 
 class Touch(Struct, frozen=True):
@@ -303,7 +304,10 @@ class _Run:
                     together = min(2 * together, MOST_IN_CONTACT) if touches and stands else 1
             self._break(rows[part], tip[part], axis[part], tool)
         past.append(np.stack([tip, axis], axis=1))
-        if tool.is_line:
+        if self.spans.still is not None:
+            turning = ~self.spans.still[rows]
+            rows, tip, axis = rows[turning], tip[turning], axis[turning]
+        if tool.is_line and len(rows):
             self.first_line_cut = min(self.first_line_cut, int(rows[0]))
             radius = self.line_radius.get(number, LINE_RADIUS_MM)
             way = np.diff(tip, axis=1)[:, 0]
