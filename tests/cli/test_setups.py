@@ -905,3 +905,32 @@ def test_a_named_tool_of_a_table_that_is_replaced_has_no_length(folder: Path, ru
     assert 'VP012 error: T="MILL": no tool of this name is given' in run("check", "part.mpf").out
     errors = verne_post.check(Path("part.mpf"), "verne", settings=Path("verne-post.toml")).errors
     assert [item.code for item in errors] == ["VP012"]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "fits"),
+    [
+        ("roughing/*.nc", ["roughing/A.nc"]),
+        ("roughing/**/*.nc", ["roughing/A.nc", "roughing/old/B.nc"]),
+        ("**/*.nc", ["C.nc", "roughing/A.nc", "roughing/old/B.nc"]),
+        ("roughing", ["roughing/A.nc", "roughing/old/B.nc"]),
+        ("./roughing/*.nc", ["roughing/A.nc"]),
+        ("?.nc", ["C.nc", "roughing/A.nc", "roughing/old/B.nc"]),  # a name, in any folder
+        ("old/*.nc", []),
+        ("roughng/*.nc", []),
+    ],
+)
+def test_patterns_of_setups_have_the_rules_of_paths(
+    pattern: str, fits: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
+) -> None:
+    """A star crossed folders, two did not match none, and a pattern that fits nothing was silent."""
+    monkeypatch.chdir(tmp_path)
+    Path("roughing/old").mkdir(parents=True)
+    names = ["C.nc", "roughing/A.nc", "roughing/old/B.nc"]
+    for name in names:
+        Path(name).write_text("G21 G90 G94 G54\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F900\nM2\n")
+    Path("verne-post.toml").write_text(f'[setup."{pattern}"]\ntool_length = 80\nwcs.G54 = [0, 0, 20]\n')
+    answer = run("check", *names, "--limits-only")
+    told = [name for name in names if f"{name}: no pattern of [setup] in verne-post.toml fits" in answer.err]
+    assert told == [name for name in names if name not in fits]
+    assert [name for name in names if f"{name}: not refused" in answer.out] == fits

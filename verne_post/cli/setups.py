@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 from msgspec import Struct, field
 
+from verne_post.base.printable import make_printable
 from verne_post.cli.files import RunFiles, is_dash, show_name
+from verne_post.cli.streams import echo
 
 if TYPE_CHECKING:
     from verne_post.config.box_file import FixtureFile, PartFile
@@ -140,7 +142,11 @@ def _find_setups(
     if asked == NONE:
         return
     if settings is not None and program and not is_dash(program):
-        yield from settings.find_setups(Path(program))
+        found = settings.find_setups(Path(program))
+        yield from found
+        if settings.setups and not found and asked is None and not files.has(Path(f"{program}.toml")):
+            text = f"{program}: no pattern of [setup] in {settings.shown} fits this program, and it has no set-up"
+            echo(make_printable(text), err=True)
     if asked is None and (not program or is_dash(program)):
         return
     path = Path(asked) if asked is not None else Path(f"{program}.toml")

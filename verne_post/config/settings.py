@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Sequence
 from fnmatch import fnmatch
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Final
 
 from msgspec import Struct, field
@@ -93,14 +93,26 @@ class Settings(Struct, frozen=True):
         return format_html_text(repr(self))
 
     def find_setups(self, program: Path) -> list[ProgramSetup]:
-        """The set-ups whose pattern fits a program, in the order of the file."""
+        """The set-ups whose pattern fits a program, in the order of the file.
+
+        A pattern without a slash is that of a name in any folder; others count from the folder of the settings file.
+        """
         path = program.resolve()
-        inside = path.relative_to(self.folder) if path.is_relative_to(self.folder) else None
+        inside = path.relative_to(self.folder).parts if path.is_relative_to(self.folder) else ()
         return [
             setup
             for glob, setup in self.setups.items()
-            if fnmatch(path.name, glob) or (inside is not None and fnmatch(inside.as_posix(), glob))
+            if fnmatch(path.name, glob) or (inside and _fits(PurePosixPath(glob).parts, inside))
         ]
+
+
+def _fits(pattern: Sequence[str], parts: Sequence[str]) -> bool:
+    """Whether the parts of a pattern are those of a path or of a folder above it; ``**`` is any number of folders."""
+    if not pattern or not parts:
+        return not pattern
+    if pattern[0] == "**":
+        return any(_fits(pattern[1:], parts[begin:]) for begin in range(len(parts)))
+    return fnmatch(parts[0], pattern[0]) and _fits(pattern[1:], parts[1:])
 
 
 def describe_source(settings: Settings | None, setups: Sequence[str], replaced: Sequence[str]) -> str:
