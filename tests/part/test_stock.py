@@ -737,8 +737,8 @@ def test_a_tool_that_cuts_only_air_is_in_doubt(second: str, diameter: float, sai
 def test_a_probe_without_a_diameter_has_cut_nothing(spindle: str, severity: str) -> None:
     """It touches the side of the stock; a rapid of another tool beside it, into the stock, was undecided."""
     program = (
-        f"G21 G90 G17\nT3 M6\nS900 {spindle}\nG54 G0 X0. Y-60. A0. C0.\nG43 H3 Z-5.\nG1 Y-22. F300.\nY-60.\nG0 Z20.\nM5\n"
-        "T1 M6\nS900 M3\nG43 H1 Z20.\nX-10. Y-10.\nZ-2.\nG1 X10.\nG0 Z20.\nM30\n"
+        f"G21 G90 G17\nT3 M6\nS900 {spindle}\nG54 G0 X0. Y-60. A0. C0.\nG43 H3 Z-5.\nG1 Y-22. F300.\nY-60.\nG0 Z20.\n"
+        "M5\nT1 M6\nS900 M3\nG43 H1 Z20.\nX-10. Y-10.\nZ-2.\nG1 X10.\nG0 Z20.\nM30\n"
     )
     tools = {n: Tool(n, n, (0.0, 0.0, 80.0, *(0.0,) * 6), size) for n, size in ((1, 8.0), (3, 0.0))}
     box = vp.Box("the stock", (-40, -20, -20), (40, 20, 0), 1)
