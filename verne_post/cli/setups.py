@@ -144,7 +144,8 @@ def _find_setups(
     if settings is not None and program and not is_dash(program):
         found = settings.find_setups(Path(program))
         yield from found
-        if settings.setups and not found and asked is None and not files.has(Path(f"{program}.toml")):
+        lacks_setup = asked is None and Path(program).is_file() and not files.has(Path(f"{program}.toml"))
+        if settings.setups and not found and lacks_setup:
             text = f"{program}: no pattern of [setup] in {settings.shown} fits this program, and it has no set-up"
             echo(make_printable(text), err=True)
     if asked is None and (not program or is_dash(program)):
