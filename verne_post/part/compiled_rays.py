@@ -201,6 +201,26 @@ def _find_window(table: Any, pose: Any, cell: Any, n: Any, k: Any) -> Any:
 
 
 @_compile
+def _narrow_row(table: Any, pose: Any, cell: Any, i: Any, j0: Any, j1: Any) -> Any:
+    """Which rays of row i, of those from j0 to j1, an upright body may meet: beside a slanting way are many others."""
+    radius, (start, end, axis) = table[2] + cell[1], pose
+    if axis[2] <= 0 or math.sqrt(axis[0] * axis[0] + axis[1] * axis[1]) >= VERTICAL:
+        return j0, j1
+    x = (i + 0.5) * cell[0]
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    first, last = 0.0, 1.0
+    if dx != 0:  # where its axis is no farther from the row than its radius
+        a, b = (x - radius - start[0]) / dx, (x + radius - start[0]) / dx
+        first, last = min(max(min(a, b), 0.0), 1.0), min(max(max(a, b), 0.0), 1.0)
+    off_a, off_b = start[0] + first * dx - x, start[0] + last * dx - x
+    off = min(abs(off_a), abs(off_b)) if off_a * off_b > 0 else 0.0
+    half = math.sqrt(max(radius * radius - off * off, 0.0))
+    a, b = start[1] + first * dy, start[1] + last * dy
+    least, most = min(a, b) - half, max(a, b) + half
+    return max(j0, math.ceil(least / cell[1] - 0.5)), min(j1, math.floor(most / cell[1] - 0.5) + 1)
+
+
+@_compile
 def _meet_row(
     table: Any, level: Any, cell: Any, i: Any, j0: Any, j1: Any, pose: Any, stock: Any, low: Any, high: Any
 ) -> None:
@@ -298,8 +318,9 @@ def cut(stock: Any, cell: Any, sweeps: Any, table: Any, volume: Any, first: Any)
     for row in range(first, len(starts)):
         pose = starts[row], ends[row], axes[row]
         i0, i1 = _find_window(table, pose, cell, low.shape[0], 0)
-        j0, j1 = _find_window(table, pose, cell, low.shape[1], 1)
+        first_j, end_j = _find_window(table, pose, cell, low.shape[1], 1)
         for i in range(i0, i1):
+            j0, j1 = _narrow_row(table, pose, cell, i, first_j, end_j)
             _meet_row(table, level, cell, i, j0, j1, pose, stock, enter, leave)
             for j in range(j0, j1):
                 a, b = enter[j - j0], leave[j - j0]
@@ -337,10 +358,11 @@ def touch(stock: Any, cell: Any, sweeps: Any, table: Any, found: Any, only_first
             return
         pose = starts[row], ends[row], axes[row]
         i0, i1 = _find_window(table, pose, cell, low.shape[0], 0)
-        j0, j1 = _find_window(table, pose, cell, low.shape[1], 1)
+        first_j, end_j = _find_window(table, pose, cell, low.shape[1], 1)
         for i in range(i0, i1):
             if found[row]:
                 break
+            j0, j1 = _narrow_row(table, pose, cell, i, first_j, end_j)
             _meet_row(table, level, cell, i, j0, j1, pose, stock, enter, leave)
             for j in range(j0, j1):
                 a, b, more = enter[j - j0], leave[j - j0], rows[i, j]

@@ -21,7 +21,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.part.bodies import Piece, measure_phi
-from verne_post.part.dexels import Dexels, Sweeps, count_bodies, find_boxes, list_sweeps, load_compiled
+from verne_post.part.dexels import Dexels, Sweeps, count_bodies, find_boxes, find_upright, list_sweeps, load_compiled
 from verne_post.part.ray_tables import RayTable, make_table
 
 #: Bodies may touch, and reach into the stock by this, mm, as into fixtures.
@@ -32,6 +32,8 @@ STEP_MM: Final = 0.1
 STRETCH_MM: Final = 1.0
 #: Short spans of feed motion that are checked together at most: those that turn about the tip have no length.
 MOST_TOGETHER: Final = 10
+#: Spans of feed motion before which the stock is asked which bodies it can meet on them at all.
+MOST_AHEAD: Final = 128
 #: In a contact that goes on, stretches that are cut and checked together at most: it is an error already.
 MOST_IN_CONTACT: Final = 4
 #: Smaller stretches, where one enters or leaves the way that the tool has cut.
@@ -88,11 +90,10 @@ class Tool(Struct, frozen=True, eq=False):
         """Whether the cutter comes back along its axis without touching what it has left."""
         return all(make_table(piece).widens_upwards for piece in self.cutter)
 
-    @property
-    def has_thin_shank(self) -> bool:
-        """Whether the shank follows in the way that the cutter has cut."""
+    def follows_cutter(self, name: str) -> bool:
+        """Whether a body is a shank that is no wider than the cutter: it follows in the way that the cutter has cut."""
         radius = max((piece.radius for piece in self.cutter), default=0.0)
-        return all(piece.radius <= radius for piece in self.others.get("shank", ()))
+        return name == "shank" and all(piece.radius <= radius for piece in self.others[name])
 
 
 def group_pieces(pieces: Sequence[Piece]) -> Tool:
@@ -234,7 +235,7 @@ class _Run:
             for own, tool in ((spans.tool == number, tool) for number, tool in enumerate(tools))
             for piece in tool.cutter
         )
-        #: Straight cuts by tool (n, tip and axis, 2, 3), in parts, which a rapid may follow.
+        #: Straight cuts by tool (tip and axis, 2, 3, n), in parts, which a rapid may follow.
         self.cuts: dict[int, list[Array]] = {}
         #: Spans that cutters which are thin lines go along at feed, in parts: tips and the first axis (n, 3, 3), and
         #: how wide (n,) such a cutter is at most.
@@ -263,47 +264,13 @@ class _Run:
         """Spans of one tool, all in rapid traverse or all in feed motion; poses in the frame of the stock."""
         number = int(self.spans.tool[rows[0]])
         tool, past = self.tools[number], self.cuts.setdefault(number, [])
-        changes = np.diff(self.spans.line[rows]) != 0
         if self.spans.rapid[rows[0]]:
-            in_corner = self.rounding[rows] > 0
-            bodies = [body for _name, body in tool.list_bodies(with_cutter=True)]
-            near = self._find_near(tip, axis, bodies, self.keep_off + self.stock.resolution + 0.5 * STEP_MM)
             if tool.is_line and not self.line_cuts:
                 self._find_room(number, tip, axis, tool.cutter)
-            for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(in_corner) != 0)) + 1):
-                stood = tip[part[0], 0], axis[part[0], 0]
-                for group in _group_spans(part, tip, axis):
-                    beside = group[near[group]]
-                    if len(beside) > 1 and self._is_far(tip[group], axis[group], bodies):
-                        continue
-                    for k in beside.tolist():
-                        self._check(rows[k : k + 1], tip[k], axis[k], tool, stood)
-                self._cut(rows[part], tip[part], axis[part], tool.cutter)
-                self._break(rows[part], tip[part], axis[part], tool)
-                past.append(np.stack([tip[part], axis[part]], axis=1))
+            self._pass_rapids(rows, tip, axis, tool, past)
             return
-        near = self._find_near(tip, axis, tool.others.values(), self.keep_off + self.stock.resolution)
-        for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(near) != 0)) + 1):
-            if not near[part[0]]:
-                self._cut(rows[part], tip[part], axis[part], tool.cutter)
-                continue
-            for group in _group_spans(part, tip, axis):
-                tips, axes = (np.append(one[group, 0], one[group[-1:], 1], axis=0) for one in (tip, axis))
-                stretches = [(tips, axes)] if len(group) > 1 else [*_split_span(tips, axes, STRETCH_MM)]
-                stands = (axes[0] == axes).all()  # a cutter that turns can cut what another body would have met
-                done, together = 0, 1
-                while done < len(stretches):
-                    some = stretches[done : done + together]
-                    at_tip, at_axis = some[0] if len(some) == 1 else _join_stretches(some)
-                    self._cut(rows[group], *_list_pairs(at_tip, at_axis), tool.cutter)
-                    self._check(rows[group], at_tip, at_axis, tool)
-                    if self.only_first and self.is_over:
-                        return
-                    done += together
-                    touches = any(self.depth.get((int(rows[group[-1]]), name), 0.0) > 0 for name in tool.others)
-                    together = min(2 * together, MOST_IN_CONTACT) if touches and stands else 1
-            self._break(rows[part], tip[part], axis[part], tool)
-        past.append(np.stack([tip, axis], axis=1))
+        self._pass_feed(rows, tip, axis, tool)
+        past.append(_list_columns(tip, axis))
         if self.spans.still is not None:
             turning = ~self.spans.still[rows]
             rows, tip, axis = rows[turning], tip[turning], axis[turning]
@@ -314,6 +281,94 @@ class _Run:
             across = np.linalg.norm(np.cross(way, axis[:, 0]), axis=1)
             widths = np.where(across > TOUCH_MM, radius, min(radius, DRILL_RADIUS_MM))
             self.line_cuts.append((np.concatenate([tip, axis[:, :1]], axis=1), widths))
+
+    def _pass_rapids(self, rows: Ints, tip: Array, axis: Array, tool: Tool, past: list[Array]) -> None:
+        bodies = dict(tool.list_bodies(with_cutter=True))
+        near = self._find_near(tip, axis, bodies.values(), self.keep_off + self.stock.resolution + 0.5 * STEP_MM)
+        in_corner = self.rounding[rows] > 0
+        changes = (np.diff(self.spans.line[rows]) != 0) | (np.diff(in_corner) != 0)
+        for part in np.split(np.arange(len(rows)), np.flatnonzero(changes) + 1):
+            stood = tip[part[0], 0], axis[part[0], 0]
+            for group in _group_spans(part, tip, axis):
+                beside = group[near[group]]
+                if len(beside) > 1 and self._is_far(tip[group], axis[group], bodies.values()):
+                    continue
+                for k in beside.tolist():
+                    self._check(rows[k : k + 1], tip[k], axis[k], tool, bodies, stood)
+            self._cut(rows[part], tip[part], axis[part], tool.cutter)
+            self._break(rows[part], tip[part], axis[part], tool)
+            past.append(_list_columns(tip[part], axis[part]))
+
+    def _pass_feed(self, rows: Ints, tip: Array, axis: Array, tool: Tool) -> None:
+        near = self._find_near(tip, axis, tool.others.values(), self.keep_off + self.stock.resolution)
+        changes = (np.diff(self.spans.line[rows]) != 0) | (np.diff(near) != 0)
+        parts = np.split(np.arange(len(rows)), np.flatnonzero(changes) + 1)
+        # of a cutter in two pieces, the first would take what the second has cut on the line before
+        joins = find_upright(axis) & (len(tool.cutter) == 1)
+        number = np.cumsum([len(part) for part in parts]) // MOST_AHEAD
+        for block in np.split(np.arange(len(parts)), np.flatnonzero(np.diff(number)) + 1):
+            some = [parts[k] for k in block.tolist()]
+            begin, end = some[0][0], some[-1][-1] + 1
+            met = {
+                name: self._find_met(tip[begin:end], axis[begin:end], near[begin:end], body, tool.follows_cutter(name))
+                for name, body in tool.others.items()
+            }
+            clear: list[Ints] = []  # parts that are cut together
+
+            def cut_clear(clear: list[Ints] = clear) -> None:
+                if clear:
+                    at = np.concatenate(clear)
+                    self._cut(rows[at], tip[at], axis[at], tool.cutter)
+                    clear.clear()
+
+            for part in some:
+                bodies = {name: tool.others[name] for name, where in met.items() if where[part - begin].any()}
+                if not bodies and joins[part].all():
+                    clear.append(part)
+                    continue
+                cut_clear()
+                if bodies:
+                    self._pass_line(rows, tip, axis, part, tool, bodies)
+                else:
+                    self._cut(rows[part], tip[part], axis[part], tool.cutter)
+                if self.only_first and self.is_over:
+                    return
+            cut_clear()
+
+    def _pass_line(
+        self, rows: Ints, tip: Array, axis: Array, part: Ints, tool: Tool, bodies: Mapping[str, tuple[Piece, ...]]
+    ) -> None:
+        """Feed motion of one line, in stretches: bodies are checked after each."""
+        for group in _group_spans(part, tip, axis):
+            tips, axes = (np.append(one[group, 0], one[group[-1:], 1], axis=0) for one in (tip, axis))
+            stretches = [(tips, axes)] if len(group) > 1 else [*_split_span(tips, axes, STRETCH_MM)]
+            stands = (axes[0] == axes).all()  # a cutter that turns can cut what another body would have met
+            done, together = 0, 1
+            while done < len(stretches):
+                some = stretches[done : done + together]
+                at_tip, at_axis = some[0] if len(some) == 1 else _join_stretches(some)
+                self._cut(rows[group], *_list_pairs(at_tip, at_axis), tool.cutter)
+                self._check(rows[group], at_tip, at_axis, tool, bodies)
+                if self.only_first and self.is_over:
+                    return
+                done += together
+                touches = any(self.depth.get((int(rows[group[-1]]), name), 0.0) > 0 for name in bodies)
+                together = min(2 * together, MOST_IN_CONTACT) if touches and stands else 1
+        self._break(rows[part], tip[part], axis[part], tool)
+
+    def _find_met(self, tip: Array, axis: Array, near: Mask, body: tuple[Piece, ...], follows_cutter: bool) -> Mask:
+        """Spans (n,) on which a body may meet the stock, or a cut ahead of them has to take material out of its way."""
+        met, some = np.zeros(len(tip), dtype=bool), np.flatnonzero(near)
+        upright = find_upright(axis)
+        # of standing bodies, those of a whole line are not where those of its stretches are
+        by = (-TOUCH_MM - self.left if follows_cutter else RESOLVED), 0.5 * STEP_MM * (not upright[some].all())
+        for sweeps, table in self._list_enlarged(tip[some], axis[some], body, by[0]):
+            touching = self.stock.find_touching(sweeps, table.extend(by[1]), compiled=self.compiled)
+            owner = some[sweeps.owner[touching]]
+            met[owner] = True
+            if not upright[owner].all():  # short spans share bodies
+                met[some] |= ~upright[some]
+        return met
 
     def _find_near(self, tip: Array, axis: Array, bodies: Iterable[tuple[Piece, ...]], by: float) -> Mask:
         """Spans (n,) on which a body that is larger by ``by`` may come to the stock."""
@@ -344,14 +399,23 @@ class _Run:
             if hit.any():
                 self._cut(rows[hit], tip[hit], axis[hit], body)
 
-    def _check(self, rows: Ints, tip: Array, axis: Array, tool: Tool, stood: tuple[Array, Array] | None = None) -> None:
-        """Note what touches the stock on n spans in a row, in rapid traverse from where the tool ``stood`` before.
+    def _check(
+        self,
+        rows: Ints,
+        tip: Array,
+        axis: Array,
+        tool: Tool,
+        bodies: Mapping[str, tuple[Piece, ...]],
+        stood: tuple[Array, Array] | None = None,
+    ) -> None:
+        """Note which bodies touch the stock on n spans in a row, in rapid traverse from where the tool ``stood``.
 
         ``tip``, ``axis`` (n + 1, 3): where they begin, and where the last one ends.
         """
         self.report(int(rows[0]))
-        for name, body in tool.list_bodies(with_cutter=stood is not None):
-            if not self._is_touching(tip, axis, body, RESOLVED):
+        for name, body in bodies.items():
+            follows_cutter = tool.follows_cutter(name)
+            if not follows_cutter and not self._is_touching(tip, axis, body, RESOLVED):
                 continue  # the largest is asked first: most bodies are clear
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
                 if name == "cutter" and self.line_cuts and self._may_be_cut(rows, tip, axis, body):
@@ -364,7 +428,7 @@ class _Run:
                 self.told.update((one, name) for one in self.run_of_line[rows[first:]].tolist())
                 if self.only_first in (True, name):
                     self.is_over |= name != "cutter" or not self.rounding[rows[0]] > 0
-            elif not (name == "shank" and tool.has_thin_shank):
+            elif not follows_cutter:
                 for row, tips, axes in zip(rows.tolist(), *_list_pairs(tip, axis), strict=True):
                     run = int(self.run_of_line[row]), name
                     if run not in self.told and not self._is_clear(
@@ -462,10 +526,10 @@ class _Run:
         """Whether a ray has material in a body larger by ``by``, or by the space between rays (``RESOLVED``)."""
         return any(
             self.stock.find_touching(sweeps, table, compiled=self.compiled, only_first=True).any()
-            for sweeps, table in self._list_enlarged(tip, axis, body, by, step)
+            for sweeps, table in self._list_enlarged(*_list_pairs(tip, axis), body, by, step)
         )
 
-    def _is_far(self, tip: Array, axis: Array, bodies: list[tuple[Piece, ...]]) -> bool:
+    def _is_far(self, tip: Array, axis: Array, bodies: Iterable[tuple[Piece, ...]]) -> bool:
         """Whether bodies are clear on n spans (n, 2, 3) in a row by what they move between few standing ones."""
         tips, axes = (np.append(one[:, 0], one[-1:, 1], axis=0) for one in (tip, axis))
         by = self.stock.resolution + 0.5 * (STRETCH_MM + STEP_MM)
@@ -475,18 +539,15 @@ class _Run:
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
     ) -> Iterator[tuple[Ints, Sweeps, RayTable]]:
         """For each piece which of its bodies are hit, all its bodies, and the piece as it was enlarged."""
-        for sweeps, table in self._list_enlarged(tip, axis, body, by):
+        for sweeps, table in self._list_enlarged(*_list_pairs(tip, axis), body, by):
             yield np.flatnonzero(self.stock.find_touching(sweeps, table, compiled=self.compiled)), sweeps, table
 
     def _list_enlarged(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, step: float = STEP_MM
     ) -> Iterator[tuple[Sweeps, RayTable]]:
-        """The bodies of each piece on spans in a row, and the piece larger by ``by``."""
+        """The bodies of each piece on spans (n, 2, 3), and the piece larger by ``by``."""
         for piece in body:
-            sweeps, table = (
-                list_sweeps(*_list_pairs(tip, axis), piece.high, step),
-                self.tables[id(piece)].extend(self.keep_off),
-            )
+            sweeps, table = list_sweeps(tip, axis, piece.high, step), self.tables[id(piece)].extend(self.keep_off)
             if by != RESOLVED:
                 table = table.extend(by)
             elif (sweeps.axis[:, 2] == 1.0).all():  # heights are exact along a ray
@@ -505,11 +566,11 @@ class _Run:
         parts = self.cuts.get(int(self.spans.tool[row]), [])
         if not parts:
             return False
-        if len(parts) > 1:
-            parts[:] = [np.concatenate(parts)]
-        (past,) = parts
+        while len(parts) > 1 and parts[-2].shape[-1] <= parts[-1].shape[-1]:  # few parts, and few copies
+            parts[-2:] = [np.concatenate(parts[-2:], axis=-1)]
         long, lifts = max(piece.high for piece in body), self.tools[int(self.spans.tool[row])].widens_upwards
-        ways = _find_ways(past, tip, axis, long)
+        tips, axes = zip(*(_find_ways(part, tip, axis, long) for part in parts), strict=True)
+        ways = np.concatenate(tips), np.concatenate(axes)
 
         def follows(part: tuple[Array, Array], size: float) -> bool:
             if _follows(part, ways, long, lifts) or not self._is_touching(*part, body, RESOLVED):
@@ -521,7 +582,7 @@ class _Run:
 
         if follows((tip, axis), max(float(np.linalg.norm(tip[1] - tip[0])), STRETCH_MM)):
             return True
-        (_tip, last_tip), (_axis, last_axis) = past[-1]
+        (_tip, last_tip), (_axis, last_axis) = parts[-1][..., -1]
         was_here = np.abs(last_tip - stood[0]).max() <= TOUCH_MM and np.abs(last_axis - stood[1]).max() == 0
         return bool(was_here and self._is_leaving(tip, axis, body, stood))
 
@@ -669,17 +730,24 @@ def _measure_nearest(tips: Array, axes: Array, body: tuple[Piece, ...], point: A
 def _find_ways(past: Array, tip: Array, axis: Array, reach: float) -> tuple[Array, Array]:
     """Tips and axes (n, 2, 3) of the ways that a stretch of a span may lie on, or along its axis above them.
 
-    ``past`` (n, 2, 2, 3): tips and axes of the spans cut before.
+    ``past`` (2, 2, 3, n): tips and axes of the spans cut before, in columns because they are many.
     """
-    tips, axes = past[:, 0], past[:, 1]
-    turned = np.abs(axes - axis[0]).max(axis=(1, 2)) - np.abs(axis[1] - axis[0]).max()
+    tips, axes = past
+    turned = np.abs(axes - axis[0][:, None]).max(axis=(0, 1)) - np.abs(axis[1] - axis[0]).max()
     near = 2.0 * reach * turned <= 0.5 * TOUCH_MM
     if (axis[0] == axis[1]).all():
-        tips, axes = tips[near], axes[near]
+        if not near.all():
+            tips, axes = tips[..., near], axes[..., near]
         beside = np.linalg.svd(axis[:1])[2][1:]  # two directions across the axis
-        low, high = ((end(tips @ beside.T, axis=1), end(tip @ beside.T, axis=0)) for end in (np.min, np.max))
-        near = ((low[0] <= high[1] + TOUCH_MM) & (high[0] >= low[1] - TOUCH_MM)).all(axis=1)
-    return tips[near], axes[near]
+        past_ends, ends = beside @ tips, beside @ tip.T
+        low, high = past_ends.min(axis=0) - TOUCH_MM, past_ends.max(axis=0) + TOUCH_MM
+        near = ((low <= ends.max(axis=1)[:, None]) & (high >= ends.min(axis=1)[:, None])).all(axis=0)
+    return tips[..., near].transpose(2, 0, 1), axes[..., near].transpose(2, 0, 1)
+
+
+def _list_columns(tip: Array, axis: Array) -> Array:
+    """Spans (n, 2, 3), (n, 2, 3) as columns (tip and axis, 2, 3, n)."""
+    return np.stack([tip, axis]).transpose(0, 2, 3, 1)
 
 
 def _follows(part: tuple[Array, Array], ways: tuple[Array, Array], reach: float, lifts: bool) -> bool:

@@ -66,7 +66,8 @@ def load_compiled() -> Any:
     return compiled_rays
 
 
-def _find_upright(axis: Array) -> Mask:
+def find_upright(axis: Array) -> Mask:
+    """Spans (n,) whose axis, at both ends (n, 2, 3), is vertical and points up."""
     return np.asarray((np.hypot(axis[..., 0], axis[..., 1]) < VERTICAL).all(axis=1) & (axis[..., 2] > 0).all(axis=1))
 
 
@@ -75,7 +76,7 @@ def count_bodies(tip: Array, axis: Array, reach: float, step: float) -> Ints:
 
     That is an upper bound: in :func:`list_sweeps`, short spans in a row share bodies.
     """
-    return np.where(_find_upright(axis), 1, np.maximum(np.ceil(_measure_moved(tip, axis, reach) / step), 1)).astype(int)
+    return np.where(find_upright(axis), 1, np.maximum(np.ceil(_measure_moved(tip, axis, reach) / step), 1)).astype(int)
 
 
 def _measure_moved(tip: Array, axis: Array, reach: float) -> Array:
@@ -95,7 +96,10 @@ def list_sweeps(tip: Array, axis: Array, reach: float, step: float) -> Sweeps:
     step : float
         Standing bodies are no farther from each other than this, mm.
     """
-    upright, parts = _find_upright(axis), count_bodies(tip, axis, reach, step)
+    upright = find_upright(axis)
+    if upright.all():
+        return Sweeps(tip[:, 0], tip[:, 1], np.tile([0.0, 0.0, 1.0], (len(tip), 1)), np.arange(len(tip)))
+    parts = count_bodies(tip, axis, reach, step)
     goes_on = np.zeros(len(tip), dtype=bool)
     goes_on[1:] = (tip[1:, 0] == tip[:-1, 1]).all(axis=1) & (axis[1:, 0] == axis[:-1, 1]).all(axis=1) & ~upright[:-1]
     moved, short = _measure_moved(tip, axis, reach), ~upright & (parts <= 2)
@@ -120,8 +124,9 @@ def list_sweeps(tip: Array, axis: Array, reach: float, step: float) -> Sweeps:
 def find_boxes(sweeps: Sweeps, table: RayTable) -> tuple[Array, Array]:
     """Corners (n, 3) of boxes around bodies that move."""
     side = table.radius * np.sqrt(np.maximum(1.0 - sweeps.axis**2, 0.0))
-    ends = np.stack([at + h * sweeps.axis for at in (sweeps.start, sweeps.end) for h in (table.low, table.high)])
-    return ends.min(axis=0) - side, ends.max(axis=0) + side
+    heights = table.low * sweeps.axis, table.high * sweeps.axis
+    low, high = (choose(sweeps.start, sweeps.end) + choose(*heights) for choose in (np.minimum, np.maximum))
+    return low - side, high + side
 
 
 class Dexels:

@@ -106,6 +106,10 @@ class _ClearanceCheck:
         self.joints, self.clearance = joints, clearance
         self.limits = np.array([margin.error_below for margin in clearance.names])
         self.worst = [Worst() for _ in clearance.names]
+        #: How often a span that violates is halved at most. How deep a tool is in the box of a stock does not matter:
+        #: the cut stock decides.
+        of_stock = np.array([margin.code == "VP216" for margin in clearance.names])
+        self.deepest = np.where(of_stock & np.isfinite(clearance.convex_below), 0, WORST_DEPTH)
         self.straight = find_straight(joints)
 
     def check(self, part: Spans) -> Mask:
@@ -129,7 +133,7 @@ class _ClearanceCheck:
             broken = open_[seen[open_, k] < -clearance.slack]
             at = w[margins[:, broken, k].argmin(axis=0), broken]
             worst.note(part.element[broken], seen[broken, k], seen[broken, k] + self.limits[k], at)
-            deepest = np.where(seen[open_, k] < -clearance.slack, WORST_DEPTH, MAX_DEPTH)
+            deepest = np.where(seen[open_, k] < -clearance.slack, self.deepest[k], MAX_DEPTH)
             gap = seen[open_, k] - certain[open_, k]
             halve[open_[(gap > clearance.slack) & (part.depth[open_] < deepest)]] = True
         return halve
