@@ -18,6 +18,7 @@ from verne_post.part import cutting
 from verne_post.part.bodies import build_pieces, measure_phi
 from verne_post.part.cutting import Cut, Spans, Touch, cut_stock, group_pieces
 from verne_post.part.dexels import Dexels, list_sweeps
+from verne_post.part.motion import join_chords
 from verne_post.part.ray_tables import make_table, meet_moving, meet_standing
 from verne_post.part.stl import build_mesh
 from verne_post.part.stock_forms import ASIDE, cross_mesh, make_box, make_cylinder, make_of_mesh, unpack
@@ -514,6 +515,59 @@ def test_short_spans_of_a_turning_line_are_checked_together(monkeypatch: pytest.
     assert answers[0].keys() == answers[1].keys() >= {"shank"}
     assert answers[1] == pytest.approx(answers[0], rel=0.05, abs=0.11)
     assert len(asked) <= 2 * 41
+
+
+def test_what_is_asked_ahead_hides_no_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A holder meets what a later span of its block cuts, and what the shank has left; slanting ways, two pieces."""
+    shape = (
+        Cylinder("cutter", 8.0, 6.0, corner_radius=2.0),
+        Cylinder("shank", 8.0, 4.0),
+        Cylinder("holder", 20.0, 30.0),
+    )
+    tools = [group_pieces(build_pieces(shape, 60.0, joined=False))]
+    places = np.random.default_rng(7).uniform((5, 5, -9), (55, 35, 2), (14, 3))
+    tip = np.stack([places[:-1], places[1:]], axis=1)
+    tip = np.concatenate([tip, np.stack([places[-1], places[-1] + (0, 0, 20)])[None]])
+    zeros = np.zeros(len(tip), dtype=int)
+    spans = Spans(tip, np.tile(UP, (len(tip), 2, 1)), np.arange(len(tip)), zeros, zeros > 0)
+    found = []
+    for ahead in (1, cutting.MOST_AHEAD):
+        monkeypatch.setattr(cutting, "MOST_AHEAD", ahead)
+        stock = box(60, 40, 20, 1.0)
+        cut = cut_stock(stock, spans, tools)
+        found.append((cut.touches, cut.volume.tolist(), stock.measure_volume()))
+    every = cutting._Run._find_met
+    monkeypatch.setattr(cutting._Run, "_find_met", lambda run, tip, *a: np.ones_like(every(run, tip, *a)))
+    stock = box(60, 40, 20, 1.0)
+    cut = cut_stock(stock, spans, tools)
+    assert {one.body for one in cut.touches} == {"shank", "holder"}
+    assert found == [(cut.touches, pytest.approx(cut.volume.tolist()), pytest.approx(stock.measure_volume()))] * 2
+
+
+def test_chords_are_joined_where_they_are_nearly_one_line() -> None:
+    def join(tip: np.ndarray, axis: np.ndarray | None = None, owner: np.ndarray | None = None) -> list[int]:
+        axis = np.tile([0.0, 0.0, 1.0], (len(tip), 1)) if axis is None else axis
+        owner = np.zeros(len(tip), dtype=int) if owner is None else owner
+        first, last = join_chords(tip, axis, owner, np.flatnonzero(np.diff(owner) == 0))
+        assert (first[1:] >= last[:-1]).all() and last[-1] == len(tip) - 1
+        return (last - first).tolist()
+
+    angle = np.linspace(0.0, 2 * np.pi, 65)
+    for radius, joined in (
+        (0.5, 1),
+        (0.1, 2),
+        (0.04, 4),
+        (0.006, 8),
+    ):  # a chord of the angle a is radius (1 - cos(a / 2)) off
+        circle = radius * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+        assert join(circle) == [joined] * (64 // joined)
+    line = np.column_stack([np.linspace(0.0, 5.0, 24), np.zeros(24), np.zeros(24)])
+    assert join(line) == [16, 4, 2, 1]
+    assert join(line, owner=np.repeat([0, 1], 12)) == [8, 2, 1, 8, 2, 1]
+    back = np.concatenate([line[:4], line[2::-1], line[1:2]])  # there and back is no straight way
+    assert max(join(back)) == 2
+    turning = np.column_stack([np.zeros(24), np.sin(line[:, 0] * 1e-3), np.cos(line[:, 0] * 1e-3)])
+    assert join(line, turning) == [1] * 23
 
 
 @pytest.mark.parametrize("lower", [0.0, 0.2])

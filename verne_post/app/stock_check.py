@@ -39,6 +39,7 @@ from verne_post.model.verdict import Family, find_family
 from verne_post.part.bodies import build_pieces
 from verne_post.part.cutting import LINE_HEIGHT_MM, Cut, Spans, Tool, Touch, cut_stock, group_pieces
 from verne_post.part.dexels import Dexels
+from verne_post.part.motion import join_chords
 from verne_post.part.stock_forms import make_box
 
 #: Curved or turning motion is cut in chords of this length, mm and rad: 0.003 mm off an arc of radius 0.5.
@@ -373,15 +374,16 @@ def _list_spans(
         pose = joints.place_bodies(owner[rows], joints.solve(owner[rows], index[rows] / parts[owner[rows]]))
         tip[rows], _nose, length[rows] = moving.place_tools(pose)
         axis[rows] = pose.axis
-    first = np.flatnonzero(
+    chords = np.flatnonzero(
         (index < parts[owner]) & np.isfinite(tip).all(axis=1) & np.isfinite(np.roll(tip, -1, axis=0)).all(axis=1)
     )
+    first, ends = join_chords(tip, axis, owner, chords)
     segment = contour.segment[owner[first]]
     used, tool = np.unique(
         np.column_stack([moving.tool[segment], np.round(length[first], 6)]), axis=0, return_inverse=True
     )
     tools = [(moving.shapes[int(k)], long) for k, long in used.tolist()]
-    tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
+    tips, axes = (np.stack([one[first], one[ends]], axis=1) for one in (tip, axis))
     lines, rounding = path.number_lines(segment), find_rounding(contour)[owner[first]]
     started_tools = _list_started_tools(program.moves)
     numbers = find_tool_of_moves(path.move_reached[segment], path.first_move, program.moves)

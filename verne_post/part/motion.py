@@ -17,6 +17,12 @@ SMALL_BEND_MM: Final = 0.2
 #: Tangents at the ends of a curved path may be above the distance along it by this, over the largest second derivative:
 #: an eighth for the path itself, and a half for each end, whose direction is not that of the chord.
 BOW_SHARE: Final = 0.625
+#: Chords are joined where no place is farther from the straight line, mm: two ways along one curve, there and back, are
+#: then no farther from each other, and count as one. So many are joined at most.
+STRAIGHT_MM: Final = 0.001
+MOST_CHORDS: Final = 16
+#: An axis that changes by less than this does not turn: rounding.
+SAME_AXIS: Final = 1e-9
 
 
 class Level(Struct, frozen=True, eq=False):
@@ -97,3 +103,45 @@ def _bound_bow(tip: Array, axis: Array, linked: Mask, long: float) -> float:
     move = np.linalg.norm(tip[at + 1] - tip[at], axis=1)
     turn = np.linalg.norm(axis[at + 1] - axis[at], axis=1)
     return BOW_SHARE * float((2.0 * move * turn + turn * turn * long).max())
+
+
+def join_chords(tip: Array, axis: Array, owner: Ints, first: Ints) -> tuple[Ints, Ints]:
+    """Join chords of one owner, of those from pose ``first`` (n,) to the next, where they are nearly one line.
+
+    A blended corner is short and hardly bent, and a large arc nearly straight: few of their chords are needed.
+
+    Parameters
+    ----------
+    tip, axis : ndarray, shape (m, 3)
+        Poses, mm and unit.
+    owner : ndarray of int, shape (m,)
+
+    Returns
+    -------
+    first, last : ndarray of int
+        The poses with which the spans begin and end.
+    """
+    still = np.abs(axis[first + 1] - axis[first]).max(axis=1) < SAME_AXIS
+    goes_on = still[1:] & still[:-1] & (np.diff(first) == 1) & (np.diff(owner[first]) == 0)
+    begins = np.flatnonzero(np.append(True, ~goes_on))
+    counts = np.diff(np.append(begins, len(first)))
+    number = np.arange(len(first)) - np.repeat(begins, counts)
+    left = np.repeat(counts, counts) - number
+    last, kept = first + 1, np.ones(len(first), dtype=bool)
+    joined = np.zeros(len(first), dtype=bool)
+    size = MOST_CHORDS
+    while size > 1:
+        some = np.flatnonzero((number % size == 0) & (left >= size) & ~joined)
+        chords = some[:, None] + np.arange(size)
+        start, way = tip[first[some]], tip[first[some] + size] - tip[first[some]]
+        long = np.linalg.norm(way, axis=1)
+        off = tip[first[chords[:, 1:]]] - start[:, None]
+        along = (off @ (way / np.where(long > 0, long, 1.0)[:, None])[..., None])[..., 0]
+        aside = np.sqrt(np.maximum((off * off).sum(axis=-1) - along * along, 0.0)).max(axis=1)
+        steps = np.diff(along, axis=1, prepend=0.0, append=long[:, None])
+        straight = (aside <= STRAIGHT_MM) & (steps >= 0).all(axis=1)
+        last[some[straight]] = first[some[straight]] + size
+        kept[chords[straight, 1:]] = False
+        joined[chords[straight]] = True
+        size //= 2
+    return first[kept], last[kept]
