@@ -40,17 +40,6 @@ class Variables(Protocol):
         """What a variable has, as the program spells it; None for one without a value."""
 
 
-class LanguageModes(Protocol):
-    """What every language's modes tell those who show them."""
-
-    @property
-    def inch(self) -> bool:
-        """Lengths of the program are inches."""
-
-    def show(self, feed: FeedMode, path: PathMode) -> list[str]:
-        """What holds, in words of the language: motion, unit, and how F and corners are meant."""
-
-
 class State(Struct):
     """State of the machining core. Positions in program coordinates, mm and degrees."""
 
@@ -60,8 +49,9 @@ class State(Struct):
     systems: dict[int, Frame]
     frame: Frame
     tools: dict[int, Tool] | None
-    #: What holds in the language at hand, of its own type: only the language reads and writes it.
-    modes: Any = None  # LanguageModes
+    #: What holds in the language at hand, of its own type: only the language reads and writes it. Others ask for
+    #: ``inch``, and for ``show`` (feed mode, path mode): motion, unit and how F and corners are meant, in its words.
+    modes: Any = None
     #: Axes that the program has named.
     named_axes: list[bool] = field(default_factory=lambda: [False] * 9)
     #: Programmed values from before a change of tool length, until the next motion.
