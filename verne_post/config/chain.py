@@ -336,9 +336,9 @@ class _Geometry:
             side = next((key for key in ("part", "tool") if {*rotary} <= {*getattr(chain, key)}), "")
             if not (reverse and side):
                 raise
-            names = [name for name in getattr(chain, side) if name in rotary]
+            listed = [name for name in getattr(chain, side) if name in rotary]
             raise ValueError(
-                f"chain.{side}: {error}; is the order of {names[0]} and {names[1]} reversed? The joints are listed "
+                f"chain.{side}: {error}; is the order of {listed[0]} and {listed[1]} reversed? The joints are listed "
                 "from the base outwards"
             ) from None
         polar, zero = self.pair.directions, np.array(chain.part_zero)
