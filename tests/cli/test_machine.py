@@ -243,6 +243,8 @@ def test_a_slice_where_nothing_is_reached_is_moved_to_the_middle(
     given = run("machine", "show", "ac_trunnion", "--plot", tmp_path / "a.png", "--at", "0")
     assert given.code == 2
     assert "is reached in this plane; choose another --at" in given.err
+    tilted = run("machine", "show", "ac_trunnion", "--plot", tmp_path / "a.png", "--tilt", "160")
+    assert "these angles; --tilt 160 is outside the travel of A, -120 to 30 deg" in tilted.err
 
 
 @pytest.mark.parametrize(

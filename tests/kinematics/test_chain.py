@@ -420,6 +420,7 @@ C = "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n"
         (describe("xyz", "bc", {"b": B, "c": B}), "the two rotary joints are parallel"),
         (describe("xyzbc", "", {"b": B, "c": C}),
          "the rotary joint farther from the part and the tool axis are parallel"),
+        (describe("xyz", "cb", {"b": B, "c": C}), "is the order of c and b reversed?"),
         (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]"), "c": C}),
          "b -180 and 180, its folds; expected a travel between them"),
         (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]") + "travel_deg = [-10, 181]\n", "c": C}),

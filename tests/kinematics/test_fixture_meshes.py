@@ -329,6 +329,51 @@ def test_a_part_in_inches_that_fills_its_stock_is_doubted(size: tuple[float, flo
     assert all(one.endswith('fits into it: did you mean unit = "inch"?') for one in told)
 
 
+#: Around a block of 80 x 60 x 30 mm whose top is at Z0, then back over it, down in rapid traverse.
+AROUND = (
+    "G21 G90 G61.1\nG0 X-30 Y-20 Z20 A0 C0\nG1 Z-8 F600\nX30 F3000\nY20\nX-30\nY-20\nG0 Z20\nG0 X20 Y0\n{rapid}M2\n"
+)
+PLATE = AROUND.replace("Z-8", "Z0")
+INTO = AROUND.format(rapid="G0 Z-10\n")
+WHOLE = AROUND.format(rapid="")
+
+
+def make_block(size: tuple[float, float, float], bottom: float, scale: float) -> bytes:
+    x, y, z = size
+    low, high = (-x / 2 * scale, -y / 2 * scale, bottom * scale), (x / 2 * scale, y / 2 * scale, (bottom + z) * scale)
+    return pack_stl(unite_boxes([(low, high)]))
+
+
+@pytest.mark.parametrize(
+    ("source", "size", "bottom", "scale", "unit"),
+    [
+        (INTO, (80.0, 60.0, 30.0), -30.0, 1 / 25.4, "inch"),
+        (WHOLE, (80.0, 60.0, 30.0), -30.0, 0.1, "cm"),
+        (WHOLE.replace("Z-8", "Z22").replace("Z20", "Z60"), (80.0, 60.0, 30.0), 0.0, 1 / 25.4, "inch"),
+        (INTO, (80.0, 60.0, 30.0), -30.0, 1.0, ""),
+        (PLATE.format(rapid="X0 Y0\nG1 Z-1\nX1\nG0 Z20\n"), (3.0, 2.0, 1.2), -1.2, 1.0, ""),  # its plate is faced
+        ("G52 X20\n" + WHOLE, (3.0, 2.0, 1.2), -1.2, 1.0, ""),  # another part on the same plate
+        (WHOLE.replace("X30", "X4").replace("X-30", "X-4").replace("Y20", "Y3").replace("Y-20", "Y-3"),
+         (3.0, 2.0, 1.2), -1.2, 1.0, ""),  # a small part, cut around far below it
+        (WHOLE, (40.0, 30.0, 4.0), -4.0, 1.0, ""),  # no larger unit has it in the cuts
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("key", ["stock", "part"])
+def test_a_mesh_far_smaller_than_its_cuts_is_doubted_at_its_unit(
+    key: str, source: str, size: tuple[float, float, float], bottom: float, scale: float, unit: str
+) -> None:
+    raw, place = make_block(size, bottom, scale), {"wcs": {"G54": (0.0, 0.0, 60.0)}}
+    body = NominalPart("block.stl", raw, 1) if key == "part" else FixtureMesh("the stock", raw, 1, file="block.stl")
+    found = check(source.replace("G52", "G90 G52"), **{key: body}, **place)
+    told = [item.message for item in found if item.code == "VP505"]
+    if unit:
+        (message,) = told
+        assert message.startswith(f"{key}.unit: read in mm, ")
+        assert message.endswith(f'did you mean unit = "{unit}"?')
+    else:
+        assert not [one for one in told if ".unit" in one]
+
+
 def test_the_unit_of_a_part_is_named_before_its_grid() -> None:
     raw = pack_stl(unite_boxes([((-40.0, -20.0, 0.0), (40.0, 20.0, 30.0))]))
     part = NominalPart("part.stl", raw, 1, "inch", Wanted(grid=1.0))

@@ -57,10 +57,9 @@ def _check_contour(
 
         found = settle_stock(program, joints, found, progress, only_first=only_first, only_lines=only_lines)
     if joints.keep_out is not None or program.options.part is not None:
-        from verne_post.app.doubts.units import report_doubtful_units
+        from verne_post.app.doubts.units import replace_doubtful_units
 
-        is_doubted = any(item.code == "VP505" for item in found)
-        found += report_doubtful_units(program, joints, is_stock_doubted=is_doubted)
+        found = replace_doubtful_units(program, joints, found)
     return bounds, [_name_frame(program, item) for item in found]
 
 

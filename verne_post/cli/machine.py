@@ -252,7 +252,12 @@ def _draw(
                 chosen = f" (the middle of what is reached, as nothing is at {third} = 0; --at chooses another)"
                 figure, drawn = plots.draw_workspace(machine, plane, at, angles, length)
     except plots.NothingReached as error:
-        raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
+        limits, column = machine.scale_limits(), 3  # of the joint that tilts, where joints and words are the same
+        low, high, tilt = float(limits.lower[column]), float(limits.upper[column]), float(of_slice["tilt"] or 0.0)
+        is_word = machine.columns[column].joint == machine.rotary_letters[0].lower()
+        beyond = f"; --tilt {tilt:g} is outside the travel of {machine.rotary_letters[0]}, {low:g} to {high:g} deg"
+        shown = beyond if is_word and not low <= tilt <= high else "; choose another --at, --tool-length or --tilt"
+        raise click.UsageError(f"{name}: {error}{shown}") from None
     files.write(plot, "--plot", [plots.picture(figure, suffix)])
     echo(f"{plot}: {third} = {at:g} mm{chosen}; {plots.describe_slice(plane, *drawn)}")
 

@@ -294,6 +294,15 @@ def _find_part_directions(up: Array) -> Array:
     return np.stack([x, np.cross(up, x), up])
 
 
+def _is_in_reverse(turn: Array, tilt: Array, axis: Array, preferred: float) -> bool:
+    """Whether a pair that cannot point the tool could if its joints were in the other order."""
+    try:
+        build_pair(turn, tilt, axis, preferred)
+    except ValueError:
+        return False
+    return True
+
+
 # --- geometry -------------------------------------------------------------------------------------------------
 
 
@@ -320,7 +329,18 @@ class _Geometry:
         }
         low, high = joints[self.tilt].travel_deg or (-1.0, 1.0)
         longer = self.senses[self.tilt] * (1.0 if high >= -low else -1.0)
-        self.pair = build_pair(directions[self.turn], directions[self.tilt], axis, longer)
+        try:
+            self.pair = build_pair(directions[self.turn], directions[self.tilt], axis, longer)
+        except ValueError as error:
+            reverse = _is_in_reverse(directions[self.tilt], directions[self.turn], axis, longer)
+            side = next((key for key in ("part", "tool") if {*rotary} <= {*getattr(chain, key)}), "")
+            if not (reverse and side):
+                raise
+            listed = [name for name in getattr(chain, side) if name in rotary]
+            raise ValueError(
+                f"chain.{side}: {error}; is the order of {listed[0]} and {listed[1]} reversed? The joints are listed "
+                "from the base outwards"
+            ) from None
         polar, zero = self.pair.directions, np.array(chain.part_zero)
         self.linear = _LINEAR if file.carrier is None else tuple(file.carrier.actuators)
         linear = polar  # of a carrier: X, Y, Z of the machine are those of the part

@@ -46,6 +46,10 @@ _COLOURS: Final = (
 )
 
 
+#: Letters of a title that have room beside the colour bar; longer ones are smaller.
+_TITLE_LETTERS: Final = 60
+
+
 class NothingReached(ValueError):
     """No tip of the slice is reached."""
 
@@ -167,11 +171,8 @@ def draw_workspace(
         f"{letter}{round(float(program[axis]), 9) + 0.0:g}"
         for letter, axis in zip(machine.rotary_letters, machine.coordinates.rotary, strict=True)
     )
-    axes.set_title(
-        f"{machine.name}: tips reached, tool {tool_length:g} mm, {tilt} {turn}, {'xyz'[k]} = {at:g} mm",
-        fontsize=11,
-        parse_math=False,
-    )
+    title = f"{machine.name}: tips reached, tool {tool_length:g} mm, {tilt} {turn}, {'xyz'[k]} = {at:g} mm"
+    axes.set_title(title, fontsize=min(11.0, 11.0 * _TITLE_LETTERS / len(title)), parse_math=False)
     handles = [Patch(facecolor=colours[limit], label=reach.limits[limit]) for limit in present]
     if handles:
         figure.legend(

@@ -32,13 +32,28 @@ _SMALL_MM: Final = 10.0
 #: least this share of the stock along each of its sides. A small part in a large stock has other shares.
 _TIMES_UNIT: Final = 5.0
 _SNUG_SHARE: Final = 0.6
+#: Stock or part that cuts leave below by more than its height, or that they all pass above by as much, is in another
+#: unit where these cuts stay in what it is in that unit, longer by so much on each side, and span this share of it in x
+#: and y. Holes through it, cuts over its plate and other parts beside it do not go so deep.
+_AROUND_SHARE: Final = 0.25
+_CUT_SHARE: Final = 0.4
 
 
-def report_doubtful_units(program: Program, joints: JointPath, *, is_stock_doubted: bool) -> Iterator[Finding]:
-    """VP505 for bodies whose unit is doubtful: they may stand where they are not, or they are meant.
+def replace_doubtful_units(program: Program, joints: JointPath, found: list[Finding]) -> list[Finding]:
+    """Findings with VP505 for bodies whose unit is doubtful: they may stand where they are not, or they are meant.
 
-    Where cuts do not come into the stock, that is doubted already, and the part is not held against it.
+    Where cuts do not come into the stock, that is doubted already, and the part is not held against it. Where the unit
+    of the stock is the cause, that alone is said.
     """
+    stock = program.options.stock
+    of_stock = list(_report_deep_cuts(program, "stock", stock)) if isinstance(stock, FixtureMesh) else []
+    if of_stock:
+        found = [item for item in found if item.code != "VP505"]
+    is_doubted = any(item.code == "VP505" for item in (*of_stock, *found))
+    return [*found, *of_stock, *_report_units(program, joints, is_stock_doubted=is_doubted)]
+
+
+def _report_units(program: Program, joints: JointPath, *, is_stock_doubted: bool) -> Iterator[Finding]:
     options = program.options
     placed = joints.keep_out.obstacles if isinstance(joints.keep_out, KeepOut) else ()  # in the order of the options
     bodies = [(f"keep_out.{body.name}", body) for body in options.keep_out]
@@ -49,7 +64,11 @@ def report_doubtful_units(program: Program, joints: JointPath, *, is_stock_doubt
     units += _report_small(program, placed)
     yield from units or _report_below(program, placed)
     doubts = [*report_large_part(program)]
-    yield from doubts or (() if is_stock_doubted else _report_outside(program, placed))
+    if not (doubts or is_stock_doubted):
+        doubts += _report_outside(program, placed)
+        if options.part is not None and not doubts:
+            doubts += _report_deep_cuts(program, "part", options.part)
+    yield from doubts
 
 
 def report_large_part(program: Program) -> Iterator[Finding]:
@@ -69,6 +88,55 @@ def _report_large(program: Program, key: str, body: FixtureMesh | NominalPart, n
         text = (
             f"{key}.unit: read in {body.unit}, {name} is {size:.4g} mm long, and the table {diameter:g} mm "
             "wide; did you mean mm?"
+        )
+        yield make_finding("VP505", text)
+
+
+def _report_deep_cuts(program: Program, key: str, body: FixtureMesh | NominalPart) -> Iterator[Finding]:
+    """A closed mesh that lies far above or below cuts which would be in it in a larger unit.
+
+    Cuts of other work systems, and of shifted ones, may be of other parts.
+    """
+    name = body.name if isinstance(body, NominalPart) else body.shown
+    if name.lower().rstrip(")").endswith(".npz"):
+        return  # what another set-up has left is in mm
+    mesh = read_stl(body.raw, name, body.unit)
+    zero, options, path, moves = np.zeros(3), program.options, program.path, program.moves
+    frames = build_interpreter_setup(program.machine, options).frames
+    origin, turn = place_body(program.machine, name, body.system, zero, moves, options, frames)
+    is_own = np.array(
+        [
+            body.system in (None, one.system) and not any(one.g92) and (one.feature is None or body.system is None)
+            for one in moves.frames
+        ]
+    )
+    rows = np.flatnonzero((path.feed_time > 0) & (path.move >= 0))
+    rows = rows[is_own[moves.frame[path.move[rows]]]]
+    tips = rotate_z(np.concatenate([path.start[rows, :3], path.end[rows, :3]]) - origin, -turn)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    height = high[2] - low[2]
+    if not len(tips) or mesh.open_edges:
+        return
+    where = "above" if tips[:, 2].min() > high[2] + height else "below"
+    if where == "below":
+        tips = tips[tips[:, 2] < low[2] - height]
+    units: dict[str, str] = {}
+    for unit, mm in UNITS.items():
+        factor = mm / UNITS[body.unit]
+        size = factor * (high - low)
+        around = _AROUND_SHARE * size
+        cuts = tips[tips[:, 2] <= factor * high[2]]  # what goes over it, leads there and back
+        inside = (cuts >= factor * low - around) & (cuts <= factor * high + around)
+        if factor < _TIMES_UNIT or not len(cuts) or not inside.all():
+            continue
+        if (np.ptp(cuts, axis=0) >= _CUT_SHARE * size)[:2].all():
+            units[unit] = " x ".join(f"{one:.4g}" for one in size)
+    if units:
+        remedy = " or ".join(f'unit = "{one}"' for one in units)
+        text = (
+            f"{key}.unit: read in {body.unit}, {name} is {' x '.join(f'{one:.4g}' for one in high - low)} mm large, "
+            f"and cuts go more than its height {where} it; they would be in it in {' or '.join(units)} "
+            f"({' or '.join(units.values())} mm): did you mean {remedy}?"
         )
         yield make_finding("VP505", text)
 
