@@ -135,8 +135,8 @@ def _report_deep_cuts(program: Program, key: str, body: FixtureMesh | NominalPar
         remedy = " or ".join(f'unit = "{one}"' for one in units)
         text = (
             f"{key}.unit: read in {body.unit}, {name} is {' x '.join(f'{one:.4g}' for one in high - low)} mm large, "
-            f"and cuts go more than its height {where} it; they would be in it in {' or '.join(units)} "
-            f"({' or '.join(units.values())} mm): did you mean {remedy}?"
+            f"and cuts go more than its height {where} it; in {' or '.join(units)} it would be "
+            f"{' or '.join(units.values())} mm large and hold them: did you mean {remedy}?"
         )
         yield make_finding("VP505", text)
 
