@@ -134,7 +134,7 @@ def test_a_deeper_line_is_found_with_its_line_place_and_depth(floor, run):
     assert (gouge["line"], gouge["last_line"]) == (strip + 2, None)
     assert "the cutter of tool 1" in gouge["message"]
     header, worst = Path("worst.csv").read_text(encoding="utf-8").splitlines()[:2]
-    assert header == "x_mm,y_mm,z_mm,deviation_mm,line,tool,body,facet"
+    assert header == "x_mm,y_mm,z_mm,deviation_mm,line,tool,body,facet,along_normal_mm"
     assert float(worst.split(",")[3]) == pytest.approx(-0.3, abs=1e-3)
     assert abs(float(worst.split(",")[1]) + 1) < 1.6  # the strip at y -1
 
@@ -154,10 +154,14 @@ def test_wrong_length_and_offset_show_and_the_fit_takes_them_away(floor, run):
 
 
 def test_a_deep_cut_is_at_least_as_deep_as_the_search(floor, run):
-    low = [word.replace("0,0,60", "0,0,79") for word in JUDGE]
+    """10 mm too deep: the nearest way out of the cutter is to its side, along the normal no way out is found."""
+    low = [word.replace("0,0,60", "0,0,70") for word in JUDGE]
     answer = run(*low)
     assert answer.code == 1
-    assert "VP218 error: the cutter of tool 1 cuts 2.000 mm or more into part.stl" in answer.err
+    said = re.search(r"VP218 error: the cutter of tool 1 cuts (\d\.\d+) mm into part.stl, by the shortest", answer.err)
+    assert said is not None
+    assert 3.9 < float(said[1]) <= 4.0
+    assert f"; along the normal it is {said[1]} mm or more there (lines" in answer.err
 
 
 def test_a_bound_that_does_not_decide_has_no_verdict(floor, run, monkeypatch):
@@ -440,7 +444,7 @@ def test_a_part_of_the_set_up_is_compared_without_more_words(files, run):
     assert "VP218" in Path("out.xml").read_text(encoding="utf-8")
     if importlib.util.find_spec("jupyter_threejs_sage") is not None:
         assert run("report", "part.nc", "-o", "page.html", "--quiet").code == 1
-        assert "into part.stl, along the normal" in Path("page.html").read_text(encoding="utf-8")
+        assert "into part.stl, by the shortest way out" in Path("page.html").read_text(encoding="utf-8")
     # as much as that may be cut away
     Path("part.nc.toml").write_text(SETUP + "gouge_mm = 0.4\n", encoding="utf-8")
     assert run("check", "part.nc").code == 0

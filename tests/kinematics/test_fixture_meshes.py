@@ -23,10 +23,14 @@ from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Cylinder, FixtureMesh, NominalPart, Wanted
+from verne_post.output.machined import describe_judged, list_worst
 from verne_post.part.bodies import Piece
+from verne_post.part.compare import CLEAR, GOUGE, Cells, Comparison, Gouges
 from verne_post.part.fixture import load_fixture
+from verne_post.part.motion import build_motion
 from verne_post.part.stl import build_mesh
-from verne_post.part.sweep import look
+from verne_post.part.sweep import Nearest, look
+from verne_post.part.verdict import Judged, Machined, list_findings
 
 SAMPLE = runpy.run_path(str(Path(__file__).parents[2] / "gcode_samples" / "make_vise_sample.py"))
 unite_boxes, pack_stl = SAMPLE["unite_boxes"], SAMPLE["pack_stl"]
@@ -535,10 +539,65 @@ def test_a_tenth_too_deep_is_a_tenth_by_the_shortest_way_out(folder: Path) -> No
     replace_in("vise.nc", "\nZ-6\n", "\nZ-6.1\n")
     [found] = verne_post.check(Path("vise.nc"), verne_post.load_machine()).findings
     assert (found.code, found.line) == ("VP218", 19)
-    assert "cuts 2.000 mm or more into part.stl" in found.message
-    depth = re.search(r"by the shortest way out it is (0\.\d+) mm deep", found.message)
+    depth = re.search(r"cuts (0\.\d+) mm into part.stl, by the shortest way out", found.message)
     assert depth is not None
     assert 0.1 <= float(depth[1]) <= 0.11  # a corner may leave the path by 0.01 mm
+    assert found.value == pytest.approx(float(depth[1]), abs=0.001)
+
+
+#: A wall that the tool undercuts: its depths along the normal and by the shortest way out, what is told beside the
+#: second one, in a message and in the summary.
+UNDERCUTS: dict[str, tuple[float, float, str, str]] = {
+    "a shallow wall": (0.3, 0.2, "", ""),
+    "much deeper along the normal": (0.3, 0.1, "; along the normal it is 0.300 mm there",
+                                     " (along the normal it is 0.300 mm)"),
+    "beyond the search": (2.0, 0.1, "; along the normal it is 2.000 mm or more there",
+                          " (along the normal it is 2.000 mm or more)"),
+    "by the shortest way within gouge_mm": (
+        2.0, 0.02,
+        "; along the normal it is 2.000 mm or more there, and that is what gouge_mm (--gouge) limits, to 0.05 mm",
+        " (along the normal it is 2.000 mm or more)"),
+    "just within gouge_mm": (
+        0.06, 0.04, "; along the normal it is 0.060 mm there, and that is what gouge_mm (--gouge) limits, to 0.05 mm",
+        " (along the normal it is 0.060 mm)"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", UNDERCUTS)
+def test_a_gouge_is_told_by_the_shortest_way_out(name: str) -> None:
+    """The place beside it is deeper along the normal, and less deep by the shortest way out."""
+    along, shortest, more, also = UNDERCUTS[name]
+    part = build_mesh("part.stl", unite_boxes([((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))]))
+    core = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 9.0], [0.0, 9.0]])
+    tool = (Piece("cutter", core, 0.0, 0.0, 9.0, 2.0),)
+    motion = build_motion("tool 1", tool, np.eye(3)[:2], np.eye(3)[[2, 2]], np.array([7, 8]), np.array([True, False]))
+    none = np.zeros(2, dtype=np.int64)
+    near = Nearest(np.array([-0.5 * shortest, -shortest]), none, none, np.array([0, 1]))
+    gouges = Gouges(np.eye(3)[:2], np.array([along + 0.1, along]), none, near)
+    cells = Cells(part.list_corners(), np.arange(12))
+    state = np.where(np.arange(12) > 0, CLEAR, GOUGE)
+    found = Comparison(part, Wanted(), cells, np.zeros(12), near, state, np.zeros(12), gouges)
+    judged = Judged("nominal", "table", 0.0, (motion,), found)
+    [finding], [spot] = list_findings(judged)
+    assert finding.message.endswith(
+        f"the cutter of tool 1 cuts {shortest:.3f} mm into part.stl, by the shortest way out, at "
+        f"(0.000, 1.000, 0.000){more}"
+    )
+    assert (finding.severity, finding.value, finding.limit) == ("error", shortest, 0.05)
+    assert (finding.line, finding.worst_line, spot.place.tolist()) == (7, 8, [0.0, 1.0, 0.0])
+    [said] = describe_judged(Machined((judged,), (), (finding,)))
+    assert f": gouged {shortest:.3f} mm deep at (0.000, 1.000, 0.000){also}, 1 facets;" in said
+    first, second = (row.split(",") for row in list_worst(judged).splitlines()[1:])
+    assert (float(first[3]), float(first[-1])) == (-shortest, -along)
+    assert float(second[3]) == -0.5 * shortest
+
+
+def test_a_line_does_not_deny_a_gouge_that_only_check_finds(folder: Path, run: Any) -> None:
+    answer = run("explain", "vise.nc:9")
+    said = (
+        "within limits; it was not compared with the nominal part\nNOT CHECKED: cuts into the nominal part part.stl, "
+    )
+    assert f"{said}and what stays on it: `verne-post check vise.nc` compares it; spindle, platform" in answer.out
 
 
 def test_a_ridge_between_two_strips_is_told(folder: Path, run: Any) -> None:

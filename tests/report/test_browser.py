@@ -429,7 +429,8 @@ def test_the_part_shows_where_it_is_cut_and_a_click_leads_there(browser: Any, sh
         canvas, x - canvas.size["width"] // 2, y - canvas.size["height"] // 2
     ).click().perform()
     assert data["line"][cursor(browser)] in (8, 9)
-    assert re.fullmatch(r"there: cut into by 0\.(19\d|200) mm, line [89]", browser.find_element("id", "probe").text)
+    said = browser.find_element("id", "probe").text
+    assert re.fullmatch(r"there: cut into by 0\.(19\d|200) mm along the normal, line [89]", said)
     # the stock in its place
     browser.execute_script(
         "const body = document.getElementById('body'); body.value = 'stock'; body.dispatchEvent(new Event('change'));"

@@ -62,7 +62,12 @@ def explain_line(line: Line) -> Iterator[str]:
     tip, angles, tool = _find_end(line)
     yield from explain_findings(line)
     yield from _describe_remedies(line, line.findings)
-    yield from (f"{key}: {text}" for key, text in list_unchecked(machine, line.options, line.moves.events))
+    unchecked = [text for _key, text in list_unchecked(machine, line.options, line.moves.events)]
+    if (part := line.options.part) is not None:  # that takes seconds to a minute, a line less than two
+        check = find_run(line.options).spell("check", line.options.source_name)
+        unchecked.insert(0, f"cuts into the nominal part {part.name}, and what stays on it: `{check}` compares it")
+    if unchecked:
+        yield f"NOT CHECKED: {'; '.join(unchecked)}"
     yield ""
     n_moves = len(np.unique(line.rows[: line.last + 1]))
     which = f", the last of {n_moves} moves" if n_moves > 1 else ""
@@ -434,7 +439,8 @@ def _has_blended_corner(line: Line) -> bool:
 
 def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if not findings:
-        yield "findings: none, the whole line is within limits"
+        also = "" if line.options.part is None else "; it was not compared with the nominal part"
+        yield f"findings: none, the whole line is within limits{also}"
         return
     driven = (
         ", its corners as they are blended (check adds the rest of the corner at its end)"

@@ -405,7 +405,8 @@ CODES: Final[dict[str, Code]] = _make_table(
      "The table's tilt cannot correct this component, and C stays as programmed.",
      "Let C correct its component (--correct-axis), or accept a larger error in the machine file."),
     ("VP218", "gouge", "error",
-     "Cutter, shank or holder cut into the nominal part, deeper than --gouge, or gouge_mm of a set-up's [part].",
+     "Cutter, shank or holder cut into the nominal part, along its normal deeper than --gouge, or gouge_mm of a "
+     "set-up's [part]. The value is the depth by the shortest way out, which may be less than that.",
      "Compare tool, tool length and work offset with those at the machine. If they are right, change the motion at "
      "the line and place of the message."),
     ("VP219", "excess left on the part", "warning",

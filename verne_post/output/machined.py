@@ -8,7 +8,7 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.numbers import format_count
 from verne_post.output.plots import picture
 from verne_post.part.compare import GOUGE, UNDECIDED, measure_areas
-from verne_post.part.verdict import Judged, Machined, describe_place
+from verne_post.part.verdict import Judged, Machined, describe_normal_depth, describe_place
 
 #: Deviations beyond this many times what is asked for have the full colour.
 _FULL: Final = 2.0
@@ -74,10 +74,11 @@ def _describe_one(judged: Judged) -> str:
     )
     parts = []
     if len(found.gouges.depth):
-        worst = int(found.gouges.depth.argmax())
+        worst = int(found.gouges.shortest.argmax())
+        along = describe_normal_depth(found, worst)
         parts.append(
-            f"gouged {found.gouges.depth[worst]:.3f} mm deep at {describe_place(found.gouges.place[worst])}, "
-            f"{int((found.state == GOUGE).sum())} facets"
+            f"gouged {found.gouges.shortest[worst]:.3f} mm deep at {describe_place(found.gouges.place[worst])}"
+            f"{f' ({along})' * bool(along)}, {int((found.state == GOUGE).sum())} facets"
         )
     if undecided := int((found.state == UNDECIDED).sum()):
         parts.append(
@@ -97,27 +98,34 @@ def _describe_one(judged: Judged) -> str:
 
 
 def list_worst(judged: Judged) -> str:
-    """The places (CSV) that are worst: gouges, then excess; mm, in the system of the part."""
+    """The places (CSV) that are worst: gouges, by the shortest way out, then excess; mm, in the system of the part."""
     found, motions = judged.comparison, judged.motions
-    rows = ["x_mm,y_mm,z_mm,deviation_mm,line,tool,body,facet"]
+    rows = ["x_mm,y_mm,z_mm,deviation_mm,line,tool,body,facet,along_normal_mm"]
     high = np.flatnonzero(np.nan_to_num(found.deviation, nan=0.0) > found.wanted.excess)
     kinds = (
-        (found.gouges.place, -found.gouges.depth, found.gouges.nearest, found.gouges.facet),
+        (
+            found.gouges.place,
+            -found.gouges.shortest,
+            -found.gouges.depth,
+            found.gouges.nearest,
+            found.gouges.facet,
+        ),
         (
             found.cells.corner[high].mean(axis=1),
+            found.deviation[high],
             found.deviation[high],
             found.nearest.select(high),
             found.cells.facet[high],
         ),
     )
-    for place, deviation, nearest, facet in kinds:
+    for place, deviation, along, nearest, facet in kinds:
         for k in np.argsort(-np.abs(deviation), kind="stable")[:WORST].tolist():
             motion = motions[nearest.motion[k]]
             x, y, z = place[k]
             body = motion.pieces[nearest.piece[k]].part
             rows.append(
                 f"{x:.4f},{y:.4f},{z:.4f},{deviation[k]:.4f},"
-                f"{motion.line[nearest.row[k]]},{motion.name},{body},{facet[k]}"
+                f"{motion.line[nearest.row[k]]},{motion.name},{body},{facet[k]},{along[k]:.4f}"
             )
     return "\n".join(rows) + "\n"
 

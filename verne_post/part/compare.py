@@ -96,12 +96,17 @@ class Cells(Struct, frozen=True, eq=False):
 
 
 class Gouges(Struct, frozen=True, eq=False):
-    """Places (n,) that are cut into deeper than asked."""
+    """Places (n,) that are cut into deeper than asked, along their normals."""
 
     place: Array
-    depth: Array
+    depth: Array  #: Along the normal, mm, no more than the search: what is judged.
     facet: Ints
     nearest: Nearest
+
+    @property
+    def shortest(self) -> Array:
+        """Depths (n,) by the shortest way out, mm: how far the tool is off, also beside a wall that it undercuts."""
+        return -self.nearest.distance
 
 
 class Comparison(Struct, frozen=True, eq=False):

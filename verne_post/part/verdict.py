@@ -14,7 +14,7 @@ from verne_post.model.findings import Finding, make_finding
 from verne_post.model.verdict import find_exit_status
 from verne_post.part.bound import find_limit
 from verne_post.part.clearance import Contacts
-from verne_post.part.compare import UNDECIDED, Comparison
+from verne_post.part.compare import TRACED_MM, UNDECIDED, Comparison
 from verne_post.part.motion import Motion
 from verne_post.part.rests import Rest
 from verne_post.part.sweep import Nearest
@@ -22,7 +22,8 @@ from verne_post.part.sweep import Nearest
 Datum = Literal["table", "fit"]
 #: Lines that are no farther apart belong to one finding.
 _GAP: Final = 5
-#: A gouge that is so many times as deep along the normal as by the shortest way out is told with both depths.
+#: A gouge has its depth along the normal too where that is so many times the one by the shortest way out: a tool that
+#: is a little too deep beside a wall undercuts it over its whole thickness.
 _SIDEWAYS: Final = 2.0
 #: So many findings of a kind are listed, the gravest; the last says how many more there are.
 MOST_FINDINGS: Final = 20
@@ -99,24 +100,33 @@ def describe_place(point: Array) -> str:
     return "({:.3f}, {:.3f}, {:.3f})".format(*(point + 0.0))
 
 
+def describe_normal_depth(comparison: Comparison, k: int) -> str:
+    """How deep gouge k is along the normal of the part; empty where its depth by the shortest way out says enough."""
+    gouges, wanted = comparison.gouges, comparison.wanted
+    along, shortest = float(gouges.depth[k]), float(gouges.shortest[k])
+    is_capped = along >= wanted.search
+    if along <= _SIDEWAYS * shortest and shortest > wanted.gouge + TRACED_MM and not is_capped:
+        return ""
+    return f"along the normal it is {max(along, shortest):.3f} mm{' or more' if is_capped else ''}"
+
+
 def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
     """VP218 to VP220 of a comparison, one for each stretch of neighbouring lines with one body, and worst places."""
     comparison, wanted = judged.comparison, judged.comparison.wanted
     gouges, mesh = comparison.gouges, comparison.mesh
     spots = []
     for body, rows, lines in _group(judged, gouges.nearest):
-        worst = rows[int(np.argmax(gouges.depth[rows]))]
-        deep = gouges.depth[worst]
-        or_more = " or more" if deep >= wanted.search else ""
+        worst = rows[int(np.argmax(gouges.shortest[rows]))]
+        deep = float(gouges.shortest[worst])
         text = (
-            f"the {body} cuts {deep:.3f} mm{or_more} into {mesh.name}, along the normal, at "
+            f"the {body} cuts {deep:.3f} mm into {mesh.name}, by the shortest way out, at "
             f"{describe_place(gouges.place[worst])}"
         )
-        # a wall that is undercut a little is cut deep along its normal: the other number says how far the tool is off
-        shortest = float(-gouges.nearest.distance[rows].min())
-        if deep > _SIDEWAYS * shortest:
-            text += f"; by the shortest way out it is {shortest:.3f} mm deep, at the deepest place of these lines"
-        found = _make_finding("VP218", text, lines, find_line(judged, gouges.nearest, worst), float(deep), wanted.gouge)
+        if along := describe_normal_depth(comparison, worst):
+            text += f"; {along} there"
+        if deep <= wanted.gouge + TRACED_MM:
+            text += f", and that is what gouge_mm (--gouge) limits, to {wanted.gouge:g} mm"
+        found = _make_finding("VP218", text, lines, find_line(judged, gouges.nearest, worst), deep, wanted.gouge)
         spots.append(Spot(found, gouges.place[worst], find_tip(judged, gouges.nearest, worst)))
     high = np.flatnonzero(np.nan_to_num(comparison.deviation, nan=0.0) > wanted.excess)
     nearest, left = comparison.nearest.select(high), comparison.deviation[high]

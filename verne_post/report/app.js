@@ -188,7 +188,7 @@
   function probe(x, y, isClose) {
     const found = scene.probe(x, y, isClose);
     if (!found) return false;
-    const { value, frame } = found, size = fixed(Math.abs(value), 3) + " mm";
+    const { value, frame } = found, size = fixed(Math.abs(value), 3) + " mm along the normal";
     byId("probe").textContent = "there: " + (Number.isFinite(value) ? (value < 0 ? "cut into by " : "left on: ") + size + ", line " + arrays.line[frame] : "no cutter comes near");
     if (frame >= 0) setCursor(frame);
     return true;

@@ -143,8 +143,8 @@ def _find_part_places(study: Study) -> Iterator[Place]:
         return Place(f"{what} {asked.name}", f"line {line}", f"{value:.3f} mm", int(frame))
 
     if len(found.gouges.depth):
-        k = int(found.gouges.depth.argmax())
-        yield make("cut into", float(found.gouges.depth[k]), found.gouges.nearest, k)
+        k = int(found.gouges.shortest.argmax())
+        yield make("cut into", float(found.gouges.shortest[k]), found.gouges.nearest, k)
     if (np.nan_to_num(found.deviation, nan=0.0) > 0).any():
         k = int(np.nanargmax(found.deviation))
         yield make("left on", float(found.deviation[k]), found.nearest, k)
