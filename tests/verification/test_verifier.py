@@ -17,6 +17,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
+from verne_post.output.file_format import Expected
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.output.setpoints import read_csv, write_csv_header, write_csv_rows
 
@@ -605,7 +606,7 @@ STILL = program("G0 X0 Y0 Z40 A0 C0\nG1 Z38 F1000\nX3\nY1 C2\nG4 P.02\nG0 Z40")
 
 def verify_text(source: bytes, text: str, options: Options = OPTIONS) -> Verification:
     asked = ask(source, options)
-    return verify_setpoints(asked, read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, asked.cycle, ()))
+    return verify_setpoints(asked, read_csv(io.StringIO(text), Expected("axes.csv", MACHINE.columns, asked.cycle, ())))
 
 
 def written(source: bytes, options: Options = OPTIONS) -> list[list[str]]:

@@ -1,6 +1,5 @@
 """`verne-post verify`: verify a setpoint file as written."""
 
-import io
 import os
 import shlex
 from collections.abc import Iterator
@@ -127,8 +126,8 @@ def command(
                 files.note_read(part, "AXES.CSV")
             verdict = verify_index(program, Path(setpoints))
         else:
-            with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
-                rows = read_rows(program, name, stream)
+            with files.open_input(setpoints, "AXES.CSV") as raw:
+                rows = read_rows(program, name, raw)
                 with show_progress("verifying", quiet=quiet) as progress:
                     verdict = verify_setpoints(program, _watch(rows, raw, progress))
         log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program)
