@@ -536,7 +536,7 @@ def test_verify_reads_times_and_sizes_of_binary_files(tmp_path: Path, run: Calla
         ({"t": fields["t"][:-1]}, "the rows have not one time and one line each"),
         ({"t": fields["t"][:0]}, "no archive with t, values, line and columns"),
         ({"values": lost}, "row 40 has no finite numbers"),
-        ({"line": fields["line"] + 0.5}, "row 0: 2.5 is not a line number"),
+        ({"line": fields["line"] + 0.5}, "row 0: 3.5 is not a line number"),
         ({"columns": fields["columns"][::-1]}, "they are in another order"),
     ):
         answer = verify(**changed)

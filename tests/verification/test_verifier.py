@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 import verne_post
 from verne_post.app.assemble import Program, assemble
@@ -71,6 +72,7 @@ def verify_rows(
     """The verdict on rows that are fed in blocks."""
     asked = ask(source, options)
     fmt = fmt or choose_setpoint_format(MACHINE, asked.cycle, options.decimals, accept_rounding=True)
+    fmt = structs.replace(fmt, header_lines=1)
     blocks = (
         SetpointBlock(first, values[first : first + block], line[first : first + block], fmt)
         for first in range(0, len(values), block)
