@@ -282,8 +282,9 @@ def verify(
     Parameters
     ----------
     setpoints : Setpoints, bytes, str or path, or a list of them
-        What :func:`convert` returned, or the content or file of setpoints, as CSV, linuxcnc, twincat, npz or parquet. Of a program with parts, a list of all,
-        or the index that the command writes. Of one part alone not all is checked: ``unchecked`` says what.
+        What :func:`convert` returned, or the content or file of setpoints, as CSV, linuxcnc, twincat, npz or parquet.
+        Of a program with parts, a list of all, or the index that the command writes. Of one part alone not all is
+        checked: ``unchecked`` says what.
     source, machine, options, setup, settings
         Those of the conversion.
 

@@ -35,7 +35,7 @@ from verne_post.model.findings import InputError, UsageError
 from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
-from verne_post.output.file_format import Expected
+from verne_post.output.expected import Expected
 from verne_post.output.logs import read_log
 from verne_post.output.parts import list_parts
 from verne_post.output.policy import read_baseline

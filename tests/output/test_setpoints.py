@@ -14,7 +14,7 @@ from msgspec.structs import replace
 import verne_post
 from verne_post.model.findings import InputError
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.file_format import Expected
+from verne_post.output.expected import Expected
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.output.setpoint_files import read_setpoints
 from verne_post.output.setpoints import read_csv, write_csv_header, write_csv_rows

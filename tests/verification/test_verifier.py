@@ -18,7 +18,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.output.file_format import Expected
+from verne_post.output.expected import Expected
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.output.setpoints import read_csv, write_csv_header, write_csv_rows
 

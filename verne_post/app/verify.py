@@ -15,7 +15,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.model.findings import make_input_error
 from verne_post.model.setpoints import UNKNOWN_LINE, SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.output.file_format import Expected
+from verne_post.output.expected import Expected
 from verne_post.output.parts import PartFile, compare_index, open_parts, read_parts
 from verne_post.output.rounding import choose_trusted_format
 from verne_post.output.setpoint_files import read_setpoints

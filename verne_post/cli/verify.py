@@ -70,10 +70,10 @@ def command(
 ) -> int:
     """Verify a setpoint file against its program and its machine.
 
-    The file may be of every --format but pvt and ros2. The command reads the numbers of the file, and compares them with the program and with the limits of the machine. It
-    trusts the program, the machine file and the options, so give the options with which the file was made (--from,
-    --wcs, --tool-table, ...). --override names the share of the feed rate that the rows must keep. --keep-out and
-    --stock name bodies that the program must keep out of.
+    The file may have every --format but pvt and ros2. The command reads its numbers, and compares them with the program
+    and with the limits of the machine. It trusts the program, the machine file and the options, so give the options
+    with which the file was made (--from, --wcs, --tool-table, ...). --override names the share of the feed rate that
+    the rows must keep. --keep-out and --stock name bodies that the program must keep out of.
 
     \b
     Example:

@@ -5,27 +5,12 @@ from typing import IO, TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from verne_post.model.drives import Drive
-from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock
+from verne_post.output.expected import Expected
 
 if TYPE_CHECKING:
     from verne_post.model.machine import Machine
     from verne_post.output.spool import WrittenRows
-
-
-class Expected(Struct, frozen=True):
-    """What a setpoint file that is read should hold."""
-
-    name: str  #: Of the file, in messages.
-    columns: tuple[Column, ...]  #: Of the machine.
-    cycle: float  #: s; row k stands at k cycles.
-    drives: tuple[Drive, ...]  #: How the numbers count; empty for mm and degrees.
-
-    @property
-    def driven(self) -> int:
-        """How many joints a file for a control has: those that no drive follows are the last ones."""
-        return sum(column.driven for column in self.columns)
 
 
 Writer = Callable[["WrittenRows"], Iterator[bytes]]

@@ -19,7 +19,7 @@ from verne_post.model.moves import Event
 from verne_post.model.options import OPTIONS
 from verne_post.model.setpoints import UNKNOWN_LINE, SetpointBlock
 from verne_post.model.summary import Summary
-from verne_post.output.file_format import Expected
+from verne_post.output.expected import Expected
 from verne_post.output.rounding import choose_time_decimals
 from verne_post.output.setpoint_files import read_setpoints
 from verne_post.output.setpoints import READS

@@ -8,7 +8,8 @@ from typing import IO
 from verne_post.base.text_marks import is_utf16
 from verne_post.model.findings import make_input_error
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.file_format import HEAD_BYTES, Expected
+from verne_post.output.expected import Expected
+from verne_post.output.file_format import HEAD_BYTES
 from verne_post.output.formats import FORMATS
 from verne_post.output.formats.csv import FORMAT as DEFAULT
 

@@ -12,7 +12,7 @@ from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import UNKNOWN_LINE, SetpointBlock, SetpointFormat
 from verne_post.output.cells import describe_first_wrong
-from verne_post.output.file_format import Expected
+from verne_post.output.expected import Expected
 from verne_post.output.fixed_point import format_rows
 from verne_post.output.rounding import MAX_DECIMALS, choose_time_decimals, convert_positions, name_column
 

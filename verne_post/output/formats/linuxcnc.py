@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from typing import IO, Final
 
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.file_format import Expected, FileFormat
+from verne_post.output.expected import Expected
+from verne_post.output.file_format import FileFormat
 from verne_post.output.fixed_point import format_rows
 from verne_post.output.setpoints import is_row, make_block, read_tables, see_format
 from verne_post.output.spool import WrittenRows

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from verne_post.model.findings import make_input_error
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.file_format import Expected, FileFormat
+from verne_post.output.expected import Expected
+from verne_post.output.file_format import FileFormat
 from verne_post.output.setpoints import READ_ROWS, check_names, name_joints, read_exact_blocks
 from verne_post.output.spool import WrittenRows
 

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
-from verne_post.output.file_format import Expected, FileFormat
+from verne_post.output.expected import Expected
+from verne_post.output.file_format import FileFormat
 from verne_post.output.setpoints import is_row
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 

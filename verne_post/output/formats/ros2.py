@@ -10,7 +10,8 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.output.file_format import Expected, FileFormat
+from verne_post.output.expected import Expected
+from verne_post.output.file_format import FileFormat
 from verne_post.output.formats.pvt import choose_knots, describe, estimate_velocities
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 

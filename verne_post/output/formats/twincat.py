@@ -8,7 +8,8 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.model.findings import make_input_error
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.file_format import Expected, FileFormat
+from verne_post.output.expected import Expected
+from verne_post.output.file_format import FileFormat
 from verne_post.output.setpoints import READ_ROWS, read_exact_blocks
 from verne_post.output.spool import WrittenRows
 
