@@ -25,12 +25,13 @@ judge jump keep keeps know knows label lay lead leave lies lift limit linearise 
 make map mark match may measure meet meets merge mill minimise mirror move multiply name names narrow need needs nest
 normalise normalize note number open order orient pack pad paint parse pass peek perturb picture place plan plot polish
 predict prepare preset print probe project propagate propose put quote raise rank rate reach reaches read ream rebuild
-recognise record reduce refine reflect refresh refuse release reload remove renumber repair repeat replace replay report
-require resample reset resolve restart restore retime retract return rotate round run sample save say scale scan search
-see seek select send sends separate serve set settle shape share shift shorten show simulate sketch skip slice slow
-smooth solve sort space span spell split spread stack stand stands start starts stay step stop store straighten strip
-study suggest sum summarise suspend sweep switch take tap taper test thin tick tidy tilt touch trace transform translate
-trim truncate try turn unpack update validate verify view wait waits wake warn watch weigh whiten widen work wrap write
+recognise recognize record reduce refine reflect refresh refuse release reload remove renumber repair repeat replace
+replay report require resample reset resolve restart restore retime retract return rotate round run sample save say
+scale scan search see seek select send sends separate serve set settle shape share shift shorten show simulate sketch
+skip slice slow smooth solve sort space span spell split spread stack stand stands start starts stay step stop store
+straighten strip study suggest sum summarise suspend sweep switch take tap taper test thin tick tidy tilt touch trace
+transform translate trim truncate try turn unpack update validate verify view wait waits wake warn watch weigh whiten
+widen work wrap write
 """
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.

@@ -33,7 +33,7 @@ from verne_post.app.machined import Body, judge_rows
 from verne_post.app.program_folders import choose_names, describe_lack, find_programs_inside
 from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_fault, refuse_program
-from verne_post.app.verify import judge_part, read_all_parts, read_rows, verify_index, verify_setpoints
+from verne_post.app.verify import find_lines, judge_part, read_all_parts, read_rows, verify_index, verify_setpoints
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.suggestions import explain_names
@@ -282,8 +282,9 @@ def verify(
     Parameters
     ----------
     setpoints : Setpoints, bytes, str or path, or a list of them
-        What :func:`convert` returned, or the text or file of a setpoint CSV. Of a program with parts, a list of all,
-        or the index that the command writes. Of one part alone not all is checked: ``unchecked`` says what.
+        What :func:`convert` returned, or the content or file of setpoints, as CSV, linuxcnc, twincat, npz or parquet.
+        Of a program with parts, a list of all, or the index that the command writes. Of one part alone not all is
+        checked: ``unchecked`` says what.
     source, machine, options, setup, settings
         Those of the conversion.
 
@@ -386,7 +387,7 @@ def machined(
     text, chosen, read = _read_program(source, options, setup, settings)
     program = assemble(text, _load_machine(machine, read), chosen)
     shown_rows, read_blocks = _open_setpoints(setpoints)
-    rows = list(read_blocks(program))
+    rows = list(find_lines(program, read_blocks(program)))
     if not rows:
         raise make_input_error("VP020", "the setpoint file has no rows")
     factor = np.array([column.factor for column in program.machine.columns])
@@ -934,13 +935,18 @@ def _read_mesh(file: object, what: str) -> bytes:
     raise UsageError(what, f"expected bytes or a path, got {type(file).__name__}")
 
 
-def _decode_setpoints(setpoints: SetpointsLike) -> str:
-    """The text of a setpoint file."""
+def _read_setpoints(setpoints: SetpointsLike) -> bytes:
+    """The bytes of a setpoint file."""
     if setpoints is None:
         raise UsageError("setpoints", "None: a result has setpoints where convert made them and result.ok is true")
     written = setpoints.format_csv() if isinstance(setpoints, Setpoints) else setpoints
+    return _read(written, "setpoints")[:]
+
+
+def _refuse_no_text(blocks: Iterator[SetpointBlock]) -> Iterator[SetpointBlock]:
+    """Blocks that are read; a file that is neither text nor in another format is a wrong call."""
     try:
-        return _read(written, "setpoints")[:].decode("utf-8")
+        yield from blocks
     except UnicodeDecodeError as error:
         raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
 
@@ -964,14 +970,14 @@ def _open_setpoints(setpoints: SetpointsLike) -> tuple[str, Callable[[Program], 
         _read(setpoints, "setpoints")  # a file that is not there is a wrong call
         return name, lambda program: read_all_parts(program, name, open_parts(Path(setpoints)))
     if isinstance(setpoints, list | tuple):
-        texts = [
-            (str(one) if isinstance(one, os.PathLike) else f"part {number}", _decode_setpoints(one))
+        files = [
+            (str(one) if isinstance(one, os.PathLike) else f"part {number}", _read_setpoints(one))
             for number, one in enumerate(setpoints, start=1)
         ]
-        parts = [(part, partial(io.StringIO, text)) for part, text in texts]
+        parts = [(part, partial(io.BytesIO, raw)) for part, raw in files]
         return name, lambda program: read_all_parts(program, name, parts)
-    rows = _decode_setpoints(setpoints)
-    return name, lambda program: read_rows(program, name, io.StringIO(rows))
+    raw = _read_setpoints(setpoints)
+    return name, lambda program: _refuse_no_text(read_rows(program, name, io.BytesIO(raw)))
 
 
 def _load_machine(machine: MachineLike | None, read: Settings | None) -> Machine:

@@ -35,10 +35,12 @@ from verne_post.model.findings import InputError, UsageError
 from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
+from verne_post.output.expected import Expected
 from verne_post.output.logs import read_log
 from verne_post.output.parts import list_parts
 from verne_post.output.policy import read_baseline
-from verne_post.output.setpoints import read_csv, write_csv_header
+from verne_post.output.setpoint_files import read_setpoints
+from verne_post.output.setpoints import write_csv_header
 from verne_post.output.side_car import read_side_car
 from verne_post.part.dexels import Dexels
 from verne_post.part.stl import describe_faults, read_stl
@@ -91,7 +93,7 @@ def readers() -> dict[str, Reader]:
         "parameters": lambda raw: read_parameter_file(_text(raw), "p.var"),
         "baseline": lambda raw: read_baseline(_text(raw), "b.json", None),
         "sidecar": lambda raw: read_side_car(_text(raw), "a.meta.json"),
-        "setpoints": lambda raw: list(read_csv(io.StringIO(_text(raw)), "a.csv", machine().columns, 0.001, ())),
+        "setpoints": lambda raw: list(read_setpoints(io.BytesIO(raw), Expected("a.csv", machine().columns, 0.001, ()))),
         "log": lambda raw: read_log(_text(raw), "a.log", machine().columns, _names(), {}),
         "index": lambda raw: list_parts(_file("a.index.json", raw)),
         "record of a batch": _read_record,

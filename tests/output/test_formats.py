@@ -341,10 +341,16 @@ def test_parts_have_the_format(tmp_path: Path, run: Callable[..., Any], command:
         found, last = run_pvt(cubics, rows[0], 0.001)
         assert np.abs(found - rows).max() < 1.2e-4
         assert not np.any(last)
-    make("twincat", ".bin")
+    for name in ("twincat", "linuxcnc", "npz"):
+        verdict = run("verify", tmp_path / name / "p.index.json", "--against", program)
+        assert verdict.code == 0, verdict.err
+    listed = json.loads((tmp_path / "twincat" / "p.index.json").read_text(encoding="utf-8"))["parts"]
+    first, second = (tmp_path / "twincat" / part["file"] for part in listed)
+    first.write_bytes(first.read_bytes()[: -40 * 3] + first.read_bytes()[-40:])  # the stop comes too soon
+    assert run("verify", tmp_path / "twincat" / "p.index.json", "--against", program).code == 1
+    second.write_bytes(second.read_bytes()[40 * 9 :])
     verdict = run("verify", tmp_path / "twincat" / "p.index.json", "--against", program)
-    assert verdict.code == 2
-    assert "p.1.bin: no csv file; parts in another format are not read" in verdict.err
+    assert "does not begin where the part before it ended" in verdict.err
 
 
 def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -438,3 +444,104 @@ def test_one_file_makes_a_format(tmp_path: Path, environment: dict[str, str]) ->
     words = ["p.nc", *map(str, PLACE), "--format", "dummy"]
     done = subprocess.run([*command, *words], capture_output=True, text=True, env=environment, cwd=tmp_path, check=True)
     assert re.fullmatch(r"\d+ rows\n", done.stdout)
+
+
+def _shift(numbers: np.ndarray) -> np.ndarray:
+    """The first joint of a row is off by 0.1."""
+    return numbers + 0.1 * (np.arange(len(numbers)) == 500)[:, None] * (np.arange(numbers.shape[1]) == 0)
+
+
+def _drop(numbers: np.ndarray) -> np.ndarray:
+    return np.delete(numbers, 500, axis=0)
+
+
+def _hurry(numbers: np.ndarray) -> np.ndarray:
+    """A stretch at twice its speed."""
+    return np.concatenate([numbers[:200], numbers[200:600:2], numbers[600:]])
+
+
+def _end(numbers: np.ndarray) -> np.ndarray:
+    return numbers[:-300]
+
+
+def _rewrite(raw: bytes, kind: str, joints: int, spoil: Callable[[np.ndarray], np.ndarray]) -> bytes:
+    """A file with other rows; where it has times, row k still is at k cycles."""
+    if kind == "linuxcnc":
+        made = io.BytesIO()
+        np.savetxt(made, spoil(np.loadtxt(io.BytesIO(raw))), fmt="%.8f")
+        return made.getvalue()
+    if kind == "twincat":
+        return spoil(np.frombuffer(raw, "<f8").reshape(-1, joints)).astype("<f8").tobytes()
+    if kind == "npz":
+        fields = dict(np.load(io.BytesIO(raw)))
+        table = spoil(np.column_stack([fields["values"], fields["line"]]))
+        fields |= {"t": fields["t"][: len(table)], "values": table[:, :-1], "line": table[:, -1].astype(np.int32)}
+        made = io.BytesIO()
+        np.savez(made, **fields)
+        return made.getvalue()
+    parquet = pytest.importorskip("pyarrow.parquet")
+    import pyarrow as pa
+
+    table = parquet.read_table(io.BytesIO(raw))
+    t, *rest = (table[name].to_numpy() for name in table.column_names)
+    left = spoil(np.column_stack(rest))
+    sink = io.BytesIO()
+    columns = [t[: len(left)], *left[:, :-1].T, left[:, -1].astype(np.int32)]
+    parquet.write_table(pa.Table.from_arrays([pa.array(one) for one in columns], schema=table.schema), sink)
+    return sink.getvalue()
+
+
+@pytest.mark.parametrize("kind", ["linuxcnc", "twincat", "npz", "parquet"])
+@pytest.mark.parametrize("machine", ["verne", "serial", "hexapod"])
+def test_verify_reads_every_format_with_all_rows(
+    kind: str, machine: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """The file as written passes, under any name; with wrong rows it fails, on the line of the program."""
+    if kind == "parquet":
+        pytest.importorskip("pyarrow")
+    program, axes = tmp_path / "p.nc", tmp_path / "received.csv"
+    program.write_text("G21 G90 G64\nG0 X0 Y0 Z20 A0 C0\nG1 X12 Y3 A2 C9 F3000\nX3 Y9\nG4 P0.1\nG0 Z30\nM2\n", "utf-8")
+    place = ("--machine", machine, "--tool-length", 60, "--wcs", "G54=0,0,60")
+    assert run("convert", program, *place, "--format", kind, "-o", axes).code == 0
+    raw, joints = axes.read_bytes(), 6 if machine == "hexapod" else 5
+
+    def verify(spoil: Callable[[np.ndarray], np.ndarray] | None) -> Any:
+        axes.write_bytes(raw if spoil is None else _rewrite(raw, kind, joints, spoil))
+        return run("verify", axes, "--against", program, *place)
+
+    assert verify(None).code == 0
+    assert verify(lambda rows: rows).code == 0
+    for spoil, code in ((_shift, "VP411"), (_drop, "VP402"), (_hurry, "VP402"), (_end, "VP412")):
+        answer = verify(spoil)
+        assert answer.code == 1, spoil
+        assert re.search(rf"p\.nc:[34567]: {code} error", answer.err), (spoil, answer.err)
+
+
+def test_verify_reads_times_and_sizes_of_binary_files(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program, axes = tmp_path / "p.nc", tmp_path / "axes"
+    program.write_text(PROGRAM, encoding="utf-8")
+    assert run("convert", program, *PLACE, "--format", "npz", "-o", axes).code == 0
+    fields = dict(np.load(axes))
+
+    def verify(**changed: Any) -> Any:
+        with axes.open("wb") as file:
+            np.savez(file, **(fields | changed))
+        return run("verify", axes, "--against", program, *PLACE)
+
+    late, lost = fields["t"].copy(), fields["values"].copy()
+    late[40] += 0.0003
+    lost[40, 1] = np.nan
+    for changed, said in (
+        ({"t": late}, "t_s is 0.0403 s, expected 0.04 s (row 40 at a cycle of 0.001 s)"),
+        ({"t": fields["t"][:-1]}, "the rows have not one time and one line each"),
+        ({"t": fields["t"][:0]}, "no archive with t, values, line and columns"),
+        ({"values": lost}, "row 40 has no finite numbers"),
+        ({"line": fields["line"] + 0.5}, "row 0: 3.5 is not a line number"),
+        ({"columns": fields["columns"][::-1]}, "they are in another order"),
+    ):
+        answer = verify(**changed)
+        assert answer.code == 2
+        assert said in answer.err
+    assert run("convert", program, *PLACE, "--format", "twincat", "-o", axes).code == 0
+    axes.write_bytes(axes.read_bytes()[:-8])
+    assert "the file ends within a row of 5 numbers of 8 bytes" in run("verify", axes, "--against", program, *PLACE).err

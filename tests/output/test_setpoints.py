@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import verne_post
 from verne_post.model.findings import InputError
 from verne_post.model.setpoints import SetpointBlock
+from verne_post.output.expected import Expected
 from verne_post.output.rounding import choose_setpoint_format
+from verne_post.output.setpoint_files import read_setpoints
 from verne_post.output.setpoints import read_csv, write_csv_header, write_csv_rows
 
 from ..builders import HEADER, MACHINE, OPTIONS
@@ -36,7 +39,7 @@ def text(made: Any) -> str:
 
 
 def read(text: str, cycle: float = 0.001) -> list[SetpointBlock]:
-    return list(read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, cycle, ()))
+    return list(read_csv(io.StringIO(text), Expected("axes.csv", MACHINE.columns, cycle, ())))
 
 
 # --- writing ---------------------------------------------------------------------------------
@@ -72,19 +75,21 @@ def test_columns_of_the_result_are_those_of_the_file(made: Any) -> None:
 
 @pytest.mark.parametrize("rows", [1, 100, 8192])
 def test_round_trip_is_exact(made: Any, text: str, rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("verne_post.output.setpoints._READ_ROWS", rows)
+    monkeypatch.setattr("verne_post.output.setpoints.READ_ROWS", rows)
     blocks = read(text)
     assert np.concatenate([block.values for block in blocks]).tolist() == made.values.tolist()
     assert np.concatenate([block.line for block in blocks]).tolist() == made.line.tolist()
     assert [block.first for block in blocks] == list(range(0, len(made.values), rows))
-    assert blocks[0].format == choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
+    assert blocks[0].format == replace(
+        choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False), header_lines=1
+    )
 
 
 def test_other_line_ends_and_a_missing_last_one_are_read(made: Any, text: str) -> None:
-    blocks = list(read_csv(io.StringIO(text.rstrip("\n"), newline=None), "a", MACHINE.columns, 0.001, ()))
+    blocks = list(read_csv(io.StringIO(text.rstrip("\n"), newline=None), Expected("a", MACHINE.columns, 0.001, ())))
     assert sum(len(block.values) for block in blocks) == len(made.values)
     windows = io.TextIOWrapper(io.BytesIO(text.replace("\n", "\r\n").encode()), encoding="utf-8")
-    assert next(read_csv(windows, "a", MACHINE.columns, 0.001, ())).values.tolist() == made.values.tolist()
+    assert next(read_csv(windows, Expected("a", MACHINE.columns, 0.001, ()))).values.tolist() == made.values.tolist()
 
 
 def edited(text: str, row: int, edit: Callable[[list[str]], list[str]]) -> str:
@@ -124,7 +129,7 @@ DAMAGE: dict[str, Callable[[list[str]], list[str]]] = {
 @pytest.mark.parametrize("rows", [10, 8192])
 @pytest.mark.parametrize("what", DAMAGE)
 def test_damage_is_named_with_its_row(what: str, rows: int, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("verne_post.output.setpoints._READ_ROWS", rows)
+    monkeypatch.setattr("verne_post.output.setpoints.READ_ROWS", rows)
     with pytest.raises(InputError) as caught:
         read(edited(text, ROW, DAMAGE[what]))
     (item,) = caught.value.findings
@@ -203,11 +208,13 @@ def test_unreadable_file_is_exit_status_2(content: bytes, says: str, run: Callab
         ("t_s,rho2_mm,rho1_mm,rho3_mm,a_deg,c_deg,line", "line'; they are in another order"),
         ("t_s;rho1_mm;rho2_mm", "line'; write commas between them"),
         ("t_s,x_mm,y_mm,z_mm,a_deg,c_deg,line", "line'; give the --machine with which the file was made"),
-        ("0.025,0.2,30.9,0.2,24.6,0.2,32.0,0.1,0.1,0.0,0.0", "line'; verify reads what --format csv writes"),
-        ('joint_names: ["rho1", "rho2", "rho3", "a", "c"]', "line'; verify reads what --format csv writes"),
-        ("574.1 520.7 520.7 -20.0 0.0", "line'; verify reads what --format csv writes"),
+        ("0.025,0.2,30.9,0.2", "line'; verify reads the rows of every --format but pvt and ros2"),
+        ('joint_names: ["rho1", "rho2", "rho3", "a", "c"]', "the file has knots of cubics, and not every row; verify"),
+        ("0.025,0.2,30.9,0.2,24.6,0.2,32.0,0.1,0.1,0.0,0.0", "the file has knots of cubics, and not every row; verify"),
+        ("574.1 520.7 520.7 -20.0", "this row has 4 values, expected 5 with blanks between them"),
+        ("PK\3\4", "no archive with t, values, line and columns, as --format npz writes"),
     ],
 )
 def test_a_first_line_that_is_not_the_header_says_what_it_is(first: str, said: str) -> None:
     with pytest.raises(InputError, match=re.escape(said)):
-        list(read_csv(io.StringIO(f"{first}\n"), "axes.csv", MACHINE.columns, 0.001, ()))
+        list(read_setpoints(io.BytesIO(f"{first}\n".encode()), Expected("axes.csv", MACHINE.columns, 0.001, ())))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 import verne_post
 from verne_post.app.assemble import Program, assemble
@@ -17,6 +18,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
+from verne_post.output.expected import Expected
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.output.setpoints import read_csv, write_csv_header, write_csv_rows
 
@@ -70,6 +72,7 @@ def verify_rows(
     """The verdict on rows that are fed in blocks."""
     asked = ask(source, options)
     fmt = fmt or choose_setpoint_format(MACHINE, asked.cycle, options.decimals, accept_rounding=True)
+    fmt = structs.replace(fmt, header_lines=1)
     blocks = (
         SetpointBlock(first, values[first : first + block], line[first : first + block], fmt)
         for first in range(0, len(values), block)
@@ -605,7 +608,7 @@ STILL = program("G0 X0 Y0 Z40 A0 C0\nG1 Z38 F1000\nX3\nY1 C2\nG4 P.02\nG0 Z40")
 
 def verify_text(source: bytes, text: str, options: Options = OPTIONS) -> Verification:
     asked = ask(source, options)
-    return verify_setpoints(asked, read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, asked.cycle, ()))
+    return verify_setpoints(asked, read_csv(io.StringIO(text), Expected("axes.csv", MACHINE.columns, asked.cycle, ())))
 
 
 def written(source: bytes, options: Options = OPTIONS) -> list[list[str]]:

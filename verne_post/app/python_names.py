@@ -92,7 +92,9 @@ _PHRASES: Final = {
     "a name of verne-post machine list": "a name of list_machines()",
     ", which `dump moves` and --events show": "",
     ", named by the summary and --meta": " and named by the summary",
-    "verify reads what --format csv writes": "verify reads what to_csv() writes",
+    "every --format but pvt": "every format but pvt",
+    "conversion, with --format csv": "conversion, with to_csv()",
+    "as --format npz writes": "as the format npz has",
     "write it under [tools] of the set-up": "give it in tools",
     **{
         f"or give its number in a tool table under [{one}.tools] of the settings file": (

@@ -1,7 +1,7 @@
 """Setpoints as written are verified against a program."""
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Final
 
@@ -13,11 +13,12 @@ from verne_post.app.row_format import find_drives
 from verne_post.app.summary import list_events_of_parts
 from verne_post.base.arrays import Array, Mask
 from verne_post.model.findings import make_input_error
-from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.model.setpoints import UNKNOWN_LINE, SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.output.parts import PartText, compare_index, open_parts, read_parts
+from verne_post.output.expected import Expected
+from verne_post.output.parts import PartFile, compare_index, open_parts, read_parts
 from verne_post.output.rounding import choose_trusted_format
-from verne_post.output.setpoints import read_csv
+from verne_post.output.setpoint_files import read_setpoints
 from verne_post.verification.rows import Forward
 from verne_post.verification.verifier import Verifier
 
@@ -61,19 +62,40 @@ def _share_forward_by_team(program: Program) -> Forward:
     return forward
 
 
-def read_rows(program: Program, name: str, stream: IO[str]) -> Iterator[SetpointBlock]:
+def read_rows(program: Program, name: str, stream: IO[bytes]) -> Iterator[SetpointBlock]:
     """Read the rows of one setpoint file of a program."""
-    drives = find_drives(program.machine, program.options)
-    return read_csv(stream, name, program.machine.columns, program.cycle, drives)
+    return read_setpoints(stream, _expect(program, name))
 
 
 def read_all_parts(
-    program: Program, name: str, parts: Sequence[PartText], counts: list[int] | None = None
+    program: Program, name: str, parts: Sequence[PartFile], counts: list[int] | None = None
 ) -> Iterator[SetpointBlock]:
     """Read the rows of all parts of a program; as :func:`~verne_post.output.parts.read_parts`."""
     stops = [int(program.moves.line[stop]) for stop in program.stops]
-    drives = find_drives(program.machine, program.options)
-    return read_parts(name, parts, program.machine.columns, program.cycle, stops, drives, counts)
+    return read_parts(parts, _expect(program, name), stops, counts)
+
+
+def _expect(program: Program, name: str) -> Expected:
+    return Expected(name, program.machine.columns, program.cycle, find_drives(program.machine, program.options))
+
+
+def find_lines(program: Program, blocks: Iterable[SetpointBlock]) -> Iterator[SetpointBlock]:
+    """The blocks of a setpoint file, with the lines of the rows also where the file names none.
+
+    Raises
+    ------
+    InputError
+        VP020 where the rows leave the program.
+    """
+    matcher = None
+    for block in blocks:
+        if block.line[0] == UNKNOWN_LINE:
+            matcher = matcher or make_verifier(program, block.format)
+            matcher.measure(block)
+            if (block.line == UNKNOWN_LINE).any():
+                row = block.first + int(np.argmax(block.line == UNKNOWN_LINE))
+                raise make_input_error("VP020", f"row {row} belongs to no line of the program; verify the file")
+        yield block
 
 
 def verify_index(program: Program, index: Path) -> Verification:
@@ -106,7 +128,7 @@ def judge_part(name: str, verdict: Verification, number: int, count: int) -> Ver
 
 
 def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock], *, split: bool = False) -> Verification:
-    """Verify setpoints as written against a program. Findings name lines of the CSV, where it is not ``split``.
+    """Verify setpoints as written against a program. Findings name lines of a text, where it is not ``split``.
 
     Raises
     ------
@@ -118,7 +140,7 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock], *, split
         if verifier is None:
             accept = program.options.accept_rounding
             fmt = choose_trusted_format(program.machine, block.format, accept_rounding=accept)
-            verifier = make_verifier(program, fmt, None if split else 1)
+            verifier = make_verifier(program, fmt, None if split else fmt.header_lines)
         verifier.check_rows(block)
     if verifier is None:
         raise make_input_error("VP020", "the setpoint file has no rows")

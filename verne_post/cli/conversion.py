@@ -177,7 +177,7 @@ def convert_to_files(
         sys.stdout.buffer.flush()
     elif options.split_at_stops:
         added = _write_parts(files, outputs.rows, file_format, rows, result.summary)
-        if outputs.file_format == DEFAULT_FORMAT:  # what verify reads
+        if file_format.read is not None:  # what verify reads
             added.append(("verify", _spell_verify(outputs.rows, options)))
     else:
         _remove_parts(outputs.rows)

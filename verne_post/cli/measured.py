@@ -1,6 +1,5 @@
 """Rows of a setpoint file, and of a measured log of its run: read whole, in mm and rad."""
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -47,7 +46,7 @@ def read_commanded(files: RunFiles, setpoints: str, program: "Program") -> "tupl
     """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file, or of all parts of an index."""
     import numpy as np
 
-    from verne_post.app.verify import read_all_parts, read_rows
+    from verne_post.app.verify import find_lines, read_all_parts, read_rows
     from verne_post.model.findings import make_input_error
     from verne_post.output.parts import list_parts, open_parts
 
@@ -55,10 +54,10 @@ def read_commanded(files: RunFiles, setpoints: str, program: "Program") -> "tupl
         index = Path(setpoints)
         for part in list_parts(index):
             files.note_read(part, "AXES.CSV")
-        blocks = list(read_all_parts(program, setpoints, open_parts(index)))
+        blocks = list(find_lines(program, read_all_parts(program, setpoints, open_parts(index))))
     else:
-        with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
-            blocks = list(read_rows(program, show_name(setpoints), stream))
+        with files.open_input(setpoints, "AXES.CSV") as raw:
+            blocks = list(find_lines(program, read_rows(program, show_name(setpoints), raw)))
     if not blocks:
         raise make_input_error("VP020", "the setpoint file has no rows")
     factor = np.array([column.factor for column in program.machine.columns])

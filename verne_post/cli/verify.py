@@ -1,6 +1,5 @@
 """`verne-post verify`: verify a setpoint file as written."""
 
-import io
 import os
 import shlex
 from collections.abc import Iterator
@@ -71,10 +70,10 @@ def command(
 ) -> int:
     """Verify a setpoint file against its program and its machine.
 
-    The command reads the numbers of the file, and compares them with the program and with the limits of the machine. It
-    trusts the program, the machine file and the options, so give the options with which the file was made (--from,
-    --wcs, --tool-table, ...). --override names the share of the feed rate that the rows must keep. --keep-out and
-    --stock name bodies that the program must keep out of.
+    The file may have every --format but pvt and ros2. The command reads its numbers, and compares them with the program
+    and with the limits of the machine. It trusts the program, the machine file and the options, so give the options
+    with which the file was made (--from, --wcs, --tool-table, ...). --override names the share of the feed rate that
+    the rows must keep. --keep-out and --stock name bodies that the program must keep out of.
 
     \b
     Example:
@@ -127,8 +126,8 @@ def command(
                 files.note_read(part, "AXES.CSV")
             verdict = verify_index(program, Path(setpoints))
         else:
-            with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
-                rows = read_rows(program, name, stream)
+            with files.open_input(setpoints, "AXES.CSV") as raw:
+                rows = read_rows(program, name, raw)
                 with show_progress("verifying", quiet=quiet) as progress:
                     verdict = verify_setpoints(program, _watch(rows, raw, progress))
         log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program)

@@ -1,11 +1,16 @@
 """Setpoints as they will be written: blocks of rows in file units, rounded to their decimals."""
 
+from typing import Final
+
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.drives import Drive
+
+#: In place of the source line of a row whose file names none.
+UNKNOWN_LINE: Final = -1
 
 
 class SetpointFormat(Struct, frozen=True):
@@ -21,12 +26,15 @@ class SetpointFormat(Struct, frozen=True):
         Of the time column.
     drives : tuple of Drive
         How the numbers of each column count; empty where they are mm and degrees.
+    header_lines : int or None
+        Lines of a text file before its first row; None where the rows are no lines of a file.
     """
 
     cycle: float
     decimals: tuple[int, ...]
     time_decimals: int
     drives: tuple[Drive, ...] = ()
+    header_lines: int | None = None
 
     @property
     def quanta(self) -> Array:
@@ -45,7 +53,8 @@ class SetpointBlock(Struct, frozen=True):
     values : ndarray, shape (n, n_joints)
         Joint values in mm and degrees, in the sense of the machine file, as the written numbers stand for them.
     line : ndarray of int32, shape (n,)
-        Source line of each row.
+        Source line of each row. UNKNOWN_LINE in blocks of a file that names none: matching rows with the program enters
+        the lines.
     format : SetpointFormat
         Control cycle, and how every column is rounded.
     numbers : ndarray, shape (n, n_joints), or None

@@ -1,20 +1,25 @@
 """What a format of setpoint files is, and one of whole machines."""
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from msgspec import Struct, field
 
-if TYPE_CHECKING:
-    from verne_post.output.spool import WrittenRows
-
-from typing import TYPE_CHECKING
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.output.expected import Expected
 
 if TYPE_CHECKING:
     from verne_post.model.machine import Machine
+    from verne_post.output.spool import WrittenRows
 
 
 Writer = Callable[["WrittenRows"], Iterator[bytes]]
+#: Reads a file, from which nothing has been taken yet, block by block.
+Reader = Callable[[IO[bytes], Expected], Iterator[SetpointBlock]]
+
+
+#: Bytes by which a format is recognized.
+HEAD_BYTES = 4096
 
 
 class FileFormat(Struct, frozen=True):
@@ -31,6 +36,10 @@ class FileFormat(Struct, frozen=True):
     describe: Callable[["WrittenRows"], tuple[str, str]] | None = None
     #: Whether a file has the columns that no drive follows, too: for `verify` and data tools, not for a control.
     has_undriven: bool = False
+    #: Read what was written; None where a file does not hold every row.
+    read: Reader | None = None
+    #: Whether the first HEAD_BYTES are those of a file in this format; without it, none is recognized.
+    recognize: Callable[[bytes, Expected], bool] | None = None
 
     def choose_writer(self, suffix: str) -> Writer:
         """Choose the writer for a file whose name ends so; "" for standard output."""

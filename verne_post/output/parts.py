@@ -14,18 +14,18 @@ from msgspec.structs import replace
 from verne_post.base.bounded import read_bounded
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
-from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
-from verne_post.model.machine import Column
 from verne_post.model.moves import Event
 from verne_post.model.options import OPTIONS
-from verne_post.model.setpoints import SetpointBlock
+from verne_post.model.setpoints import UNKNOWN_LINE, SetpointBlock
 from verne_post.model.summary import Summary
+from verne_post.output.expected import Expected
 from verne_post.output.rounding import choose_time_decimals
-from verne_post.output.setpoints import read_csv
+from verne_post.output.setpoint_files import read_setpoints
+from verne_post.output.setpoints import READS
 
-#: What a part is called, and what opens its text.
-PartText = tuple[str, Callable[[], IO[str]]]
+#: What a part is called, and what opens it.
+PartFile = tuple[str, Callable[[], IO[bytes]]]
 #: What a program from a pipe is called.
 STDIN: Final = "<stdin>"
 #: What programs without a name are called: from a pipe, or as text in Python.
@@ -163,33 +163,30 @@ def _read_text(blocks: Iterator[SetpointBlock], name: str) -> Iterator[SetpointB
     try:
         yield from blocks
     except UnicodeDecodeError:
-        raise make_input_error("VP020", f"{name}: no csv file; parts in another format are not read") from None
+        raise make_input_error("VP020", f"{name}: no setpoint file; {READS}") from None
 
 
-def _open(file: Path) -> IO[str]:
+def _open(file: Path) -> IO[bytes]:
     try:
-        return file.open(encoding="utf-8-sig")
+        return file.open("rb")
     except (OSError, ValueError) as error:
         raise make_input_error("VP020", f"{file}: {error}") from None
 
 
-def open_parts(index_file: Path) -> list[PartText]:
+def open_parts(index_file: Path) -> list[PartFile]:
     """The parts that an index names, for :func:`read_parts`."""
     return [(str(file), partial(_open, file)) for file in list_parts(index_file)]
 
 
 def read_parts(
-    name: str,
-    parts: Sequence[PartText],
-    columns: tuple[Column, ...],
-    cycle: float,
+    parts: Sequence[PartFile],
+    expected: Expected,
     stop_lines: Sequence[int],
-    drives: tuple[Drive, ...],
     counts: list[int] | None = None,
 ) -> Iterator[SetpointBlock]:
     """Read the rows of all parts, one after the other; ``stop_lines`` are where the program is to be cut.
 
-    ``name`` is what all parts together are called. ``counts`` gets the number of rows of each part.
+    The name of ``expected`` is what all parts together are called. ``counts`` gets the number of rows of each part.
 
     Raises
     ------
@@ -199,19 +196,20 @@ def read_parts(
     """
     if len(parts) != len(stop_lines) + 1:
         has = f"{format_count(len(parts), 'part')}, and the program has {format_count(len(stop_lines), 'stop')}"
-        raise make_input_error("VP020", f"{name}: {has}")
+        raise make_input_error("VP020", f"{expected.name}: {has}")
     first, last = 0, None
-    for number, (part, open_text) in enumerate(parts):
+    for number, (part, open_part) in enumerate(parts):
         begin, line = first, None
-        with open_text() as stream:
-            for block in _read_text(read_csv(stream, part, columns, cycle, drives), part):
+        with open_part() as stream:
+            for block in _read_text(read_setpoints(stream, replace(expected, name=part)), part):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
                     raise make_input_error("VP020", f"{part}: does not begin where the part before it ended")
-                last, first, line = block.values[-1], begin + block.first + len(block.values), int(block.line[-1])
+                last, first = block.values[-1], begin + block.first + len(block.values)
                 yield replace(block, first=begin + block.first)
+                line = int(block.line[-1])  # in a file without lines, as found by who has taken the block
         if counts is not None:
             counts.append(first - begin)
-        if number < len(stop_lines) and line != stop_lines[number]:
+        if number < len(stop_lines) and line not in (stop_lines[number], UNKNOWN_LINE):
             raise make_input_error(
                 "VP020", f"{part}: ends in line {line}, and the program stops in line {stop_lines[number]}"
             )

@@ -43,7 +43,7 @@ class FindingCollector:
 
         ``row`` is the first that it is about, and ``rows`` how many there are: those of another ``check`` are not added
         to those of the first. ``worst`` is the row that is off most, how far, and the unit of that. Line 0 is none of
-        the program.
+        the program, and UNKNOWN_LINE is not known.
         """
         kind = (code, more.get("axis"))
         same = kind not in self._kept or self._kept[kind][1] == check
@@ -57,7 +57,7 @@ class FindingCollector:
         if row is not None:
             place = "" if self._header_lines is None else f" (line {row + self._header_lines + 1} of the file)"
             message = f"row {row}{place}: {message}"
-        line = line or None
+        line = line if line is not None and line > 0 else None
         self._kept[kind] = make_finding(code, message, line=line, **more), check, rows
 
     def explain(self, code: str, reason: str) -> None:

@@ -1,6 +1,7 @@
 """Rows as they are checked: each matched with an item of the program, and measured once for all checks.
 
-A row is matched by its source line. Where several items share a line, the progress along them decides.
+A row is matched by its source line. Where several items share a line, the progress along them decides, and so it does
+along the whole program in a file that names no lines. The lines found are then entered in its blocks.
 """
 
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from verne_post.base.ragged import number_parts
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.model.setpoints import SetpointBlock
+from verne_post.model.setpoints import UNKNOWN_LINE, SetpointBlock
 from verne_post.model.toolpath import SegmentKind
 from verne_post.verification.axis_words import name_poses
 from verne_post.verification.deviation import measure_deviation
@@ -32,6 +33,8 @@ Forward = Callable[[Array, Array], tuple[Array, Array, Array, Mask]]
 _LOOK_AHEAD: Final = 1024
 #: Rows that are matched together after one that has gone on to a later group of its line; then twice as many each time.
 _AFTER_CHANGE: Final = 64
+#: Items of one section that are looked at together: rows that are placed together do not pass more.
+_ITEMS_AHEAD: Final = 1 << 12
 _APPROACHES: Final = (
     "the rows begin with an approach, and the program has none as it is verified: "
     "give --from home, or the --from of the conversion"
@@ -137,11 +140,19 @@ class RowMatcher:
         """Measure rows of a block, up to a lost one or one on a later group of its line; that group, or -1."""
         items, path = self.reference.items, self.reference.path
         line, q = block.line[begin:end].astype(np.int64), block.values[begin:end] / self.reference.factor
-        group, lost = self._match_groups(line)
-        if not len(group):
-            return None, None if lost is None else replace(lost, row=begin + lost.row), -1
-        n = len(group)
-        item = self._split_groups(q[:n], group)
+        lost: LostPath | None = None
+        item: Ints
+        group: Ints
+        if line[0] == UNKNOWN_LINE:
+            item = self._place_without_lines(q)
+            n, line = len(item), items.line[item].astype(np.int64)
+            group = np.searchsorted(items.group_first, item, side="right") - 1
+        else:
+            group, lost = self._match_groups(line)
+            if not len(group):
+                return None, None if lost is None else replace(lost, row=begin + lost.row), -1
+            n = len(group)
+            item = self._split_groups(q[:n], group)
         rest = items.rest_segment[item]
         segment = np.minimum(rest, len(path) - 1)
         tip, angles, axis, ok = self.forward(q[:n], path.tool_length[segment])
@@ -152,7 +163,11 @@ class RowMatcher:
             lost = LostPath(n, "VP411", "no position of the platform fits the joint values")
             pose = pose.select(np.arange(n))
         u = self._measure_progress(item[:n], rest[:n], segment[:n], pose)
-        passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
+        passed, later = n, -1
+        if block.line[begin] == UNKNOWN_LINE:
+            block.line[begin : begin + n] = line[:n]
+        else:
+            passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
         if later >= 0:
             n, lost = passed, None
         if lost is not None:
@@ -237,33 +252,45 @@ class RowMatcher:
             if not several[begin]:
                 continue
             now, last = (int(items.group_first[group[begin] + k]) - k for k in (0, 1))
-            rows, u = 0, None
-            if begin == 0 and now <= self.last.item:
-                now, rows, u = self.last.item, self.last.rows, self.last.u
-            row = begin
-            while row < end:
-                if now == last:
-                    item[row:end] = now
-                    break
-                stop = now + 1 + int(np.argmax(np.append(items.stop_before[now + 1 : last + 1], True)))
-                if items.segment[now] < 0:
-                    take = min(int(items.dwell_cycles[now]) - rows, end - row)
-                    item[row : row + take] = now
-                elif stop == now + 1:
-                    take = self._count_rows_of_item(q[row:end], now, u)
-                    item[row : row + take] = now
-                else:
-                    place = now, u or 0.0, self._find_pose_before(q, row, now)
-                    by_axis = self._joints_by_axis
-                    placed = place_rows(self.reference, self.forward, q[row:end], place, stop - 1, by_axis=by_axis)
-                    take = int(np.searchsorted(placed, stop - 1))
-                    item[row : row + take] = placed[:take]
-                    if take < end - row:
-                        row, now, u = row + take, stop - 1, u if take == 0 and now == stop - 1 else None
-                        continue
-                row += take
-                now, u, rows = stop, None, 0
+            self._place_in_order(q, item, begin, end, now, last)
         return item
+
+    def _place_without_lines(self, q: Array) -> Ints:
+        """Item of each row (n, n_joints) of a file that names no lines: all items of the program follow each other."""
+        item = np.empty(len(q), dtype=np.int64)
+        self._place_in_order(q, item, 0, len(q), 0, len(self.reference.items.segment) - 1)
+        return item
+
+    def _place_in_order(self, q: Array, item: Ints, begin: int, end: int, now: int, last: int) -> None:
+        """Find the item of rows ``begin`` to ``end`` of q (n, n_joints), from item ``now`` to ``last`` in order."""
+        items = self.reference.items
+        rows, u = 0, None
+        if begin == 0 and now <= self.last.item:
+            now, rows, u = self.last.item, self.last.rows, self.last.u
+        row = begin
+        while row < end:
+            if now == last:
+                item[row:end] = now
+                break
+            before = items.stops_before[now + 1]
+            stop = min(int(np.searchsorted(items.stops_before, before, side="right")) - 1, last + 1, now + _ITEMS_AHEAD)
+            if items.segment[now] < 0:
+                take = min(int(items.dwell_cycles[now]) - rows, end - row)
+                item[row : row + take] = now
+            elif stop == now + 1:
+                take = self._count_rows_of_item(q[row:end], now, u)
+                item[row : row + take] = now
+            else:
+                place = now, u or 0.0, self._find_pose_before(q, row, now)
+                by_axis = self._joints_by_axis
+                placed = place_rows(self.reference, self.forward, q[row:end], place, stop - 1, by_axis=by_axis)
+                take = int(np.searchsorted(placed, stop - 1))
+                item[row : row + take] = placed[:take]
+                if take < end - row:
+                    row, now, u = row + take, stop - 1, u if take == 0 and now == stop - 1 else None
+                    continue
+            row += take
+            now, u, rows = stop, None, 0
 
     def _find_pose_before(self, q: Array, row: int, item: int) -> Array:
         """Tip (mm) and angles (times RADIAN_MM) before a row of q (n, n_joints); its own for the first row."""

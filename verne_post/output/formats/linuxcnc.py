@@ -1,10 +1,14 @@
 """For LinuxCNC's halstreamer: the joints alone, separated by blanks, a line a cycle, no header."""
 
+import io
 from collections.abc import Iterator
-from typing import Final
+from typing import IO, Final
 
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.output.expected import Expected
 from verne_post.output.file_format import FileFormat
 from verne_post.output.fixed_point import format_rows
+from verne_post.output.setpoints import is_row, make_block, read_tables, see_format
 from verne_post.output.spool import WrittenRows
 
 
@@ -13,4 +17,19 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     return (format_rows(block.written.T, rows.format.decimals, " ").encode() for block in rows.iterate_blocks())
 
 
-FORMAT: Final = FileFormat(write, ".txt", WrittenRows.name_joints)
+def read(stream: IO[bytes], expected: Expected) -> Iterator[SetpointBlock]:
+    """Read rows of joints; the lines of the program are not in the file."""
+    fmt = None
+    with io.TextIOWrapper(stream, encoding="utf-8-sig") as text:
+        for first, lines, table in read_tables(text, expected.name, None, expected.driven, 0):
+            fmt = fmt or see_format([line.split() for line in lines], expected, 0)
+            yield make_block(first, table, None, fmt, expected)
+
+
+def recognize(head: bytes, expected: Expected) -> bool:
+    """The first line has numbers between blanks."""
+    cells = head.partition(b"\n")[0].decode("utf-8-sig", "replace").split()
+    return len(cells) > 1 and is_row(cells)
+
+
+FORMAT: Final = FileFormat(write, ".txt", WrittenRows.name_joints, read=read, recognize=recognize)

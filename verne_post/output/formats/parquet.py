@@ -5,10 +5,16 @@ The metadata of its schema says what the rows were made of: ``verne_post.program
 
 import io
 from collections.abc import Iterator
-from typing import Final
+from typing import IO, Any, Final
 
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.findings import make_input_error
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.output.expected import Expected
 from verne_post.output.file_format import FileFormat
-from verne_post.output.setpoints import take_columns
+from verne_post.output.setpoints import READ_ROWS, check_names, name_columns, read_exact_blocks, take_columns
 from verne_post.output.spool import WrittenRows
 
 
@@ -29,4 +35,33 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     yield buffer.getvalue()
 
 
-FORMAT: Final = FileFormat(write, ".parquet", WrittenRows.name_columns, needs="pyarrow", has_undriven=True)
+def read(stream: IO[bytes], expected: Expected) -> Iterator[SetpointBlock]:
+    """Read the table in parts."""
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        text = "to read parquet, install the extra parquet (pyarrow), as with pip install verne-post[parquet]"
+        raise make_input_error("VP020", text, file=expected.name) from None
+    try:
+        with pq.ParquetFile(stream) as file:
+            check_names(file.schema_arrow.names, name_columns(expected.columns, expected.drives), expected.name)
+
+            def take_tables() -> Iterator[tuple[NDArray[Any], NDArray[Any], NDArray[Any]]]:
+                for batch in file.iter_batches(batch_size=READ_ROWS):
+                    t, *joints, line = (column.to_numpy(zero_copy_only=False) for column in batch.columns)
+                    yield np.stack(joints, axis=1), t, line
+
+            yield from read_exact_blocks(take_tables(), expected)
+    except pa.ArrowException as error:
+        raise make_input_error("VP020", f"no parquet file: {error}", file=expected.name) from None
+
+
+def recognize(head: bytes, expected: Expected) -> bool:
+    """The mark of parquet."""
+    return head.startswith(b"PAR1")
+
+
+FORMAT: Final = FileFormat(
+    write, ".parquet", WrittenRows.name_columns, needs="pyarrow", has_undriven=True, read=read, recognize=recognize
+)

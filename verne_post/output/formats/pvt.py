@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
+from verne_post.output.expected import Expected
 from verne_post.output.file_format import FileFormat
+from verne_post.output.setpoints import is_row
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 
 #: Most cycles from knot to knot.
@@ -114,7 +116,13 @@ def name_columns(rows: WrittenRows) -> tuple[str, ...]:
     return ("dt_s", *(cell for name in rows.name_joints() for cell in (f"d_{name}", f"v_{name}_per_s")))
 
 
-FORMAT: Final = FileFormat(write, ".pvt", name_columns, describe=describe)
+def recognize(head: bytes, expected: Expected) -> bool:
+    """A time, and two numbers for each joint."""
+    cells = head.partition(b"\n")[0].decode("utf-8", "replace").split(",")
+    return len(cells) == 1 + 2 * expected.driven and is_row(cells)
+
+
+FORMAT: Final = FileFormat(write, ".pvt", name_columns, describe=describe, recognize=recognize)
 
 
 def estimate_velocities(rows: WrittenRows, at: NDArray[np.intp]) -> Array:

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.output.expected import Expected
 from verne_post.output.file_format import FileFormat
 from verne_post.output.formats.pvt import choose_knots, describe, estimate_velocities
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
@@ -86,4 +87,16 @@ def name_columns(rows: WrittenRows) -> tuple[str, ...]:
     return tuple(f"{column.joint}_{'m' if column.unit == 'mm' else 'rad'}" for column in rows.columns)
 
 
-FORMAT: Final = FileFormat(write_yaml, ".yaml", name_columns, variants={".json": write_json}, describe=describe)
+def recognize(head: bytes, expected: Expected) -> bool:
+    """The names of the joints come first."""
+    return head.startswith((b"joint_names:", b'{"joint_names":'))
+
+
+FORMAT: Final = FileFormat(
+    write_yaml,
+    ".yaml",
+    name_columns,
+    variants={".json": write_json},
+    describe=describe,
+    recognize=recognize,
+)
