@@ -518,7 +518,6 @@ def test_a_program_of_one_line_is_no_name_of_a_file(text: str) -> None:
         (lambda: vp.convert(Path("no such file"), "verne"), "source"),
         (lambda: vp.convert(Path("a\0b"), "verne"), "source"),
         (lambda: vp.convert("G1 \ud800", "verne"), "source"),
-        (lambda: vp.verify(b"\xff", SHORT, "verne", OPTIONS), "setpoints"),
         (lambda: vp.load_machine(None), "machine"),  # type: ignore[arg-type]
         (lambda: vp.load_machine(b""), "machine"),  # type: ignore[arg-type]
         (lambda: vp.read_moves(5), "source"),  # type: ignore[arg-type]

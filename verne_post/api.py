@@ -943,14 +943,6 @@ def _read_setpoints(setpoints: SetpointsLike) -> bytes:
     return _read(written, "setpoints")[:]
 
 
-def _refuse_no_text(blocks: Iterator[SetpointBlock]) -> Iterator[SetpointBlock]:
-    """Blocks that are read; a file that is neither text nor in another format is a wrong call."""
-    try:
-        yield from blocks
-    except UnicodeDecodeError as error:
-        raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
-
-
 def _is_index(setpoints: SetpointsLike) -> TypeGuard[os.PathLike[str]]:
     return isinstance(setpoints, os.PathLike) and os.fspath(setpoints).endswith(".index.json")
 
@@ -977,7 +969,7 @@ def _open_setpoints(setpoints: SetpointsLike) -> tuple[str, Callable[[Program], 
         parts = [(part, partial(io.BytesIO, raw)) for part, raw in files]
         return name, lambda program: read_all_parts(program, name, parts)
     raw = _read_setpoints(setpoints)
-    return name, lambda program: _refuse_no_text(read_rows(program, name, io.BytesIO(raw)))
+    return name, lambda program: read_rows(program, name, io.BytesIO(raw))
 
 
 def _load_machine(machine: MachineLike | None, read: Settings | None) -> Machine:

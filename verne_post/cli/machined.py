@@ -6,7 +6,6 @@ from typing import Any
 
 import click
 
-from verne_post.base.text_marks import NO_TEXT
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, show_name
@@ -215,8 +214,6 @@ def command(
                     left = pack_stock(program, run.left, left_place[0].name, left_place[1])
     except InputError as error:
         return refuse(name, error)
-    except UnicodeDecodeError:
-        raise click.UsageError(f"{name} is no setpoint file: {NO_TEXT}") from None
     findings = (*found.findings, *(() if run is None else run.findings))
     if output_format == "text":
         print_findings(show_name(against), findings, quiet=quiet)

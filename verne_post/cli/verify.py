@@ -8,7 +8,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.text_marks import NO_TEXT, UTF16, decode_text, is_utf16
+from verne_post.base.text_marks import decode_text
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, show_name
@@ -102,7 +102,6 @@ def command(
     from verne_post.app.verify import judge_part, read_rows, verify_index, verify_setpoints
     from verne_post.output.commands import find_run
     from verne_post.output.parts import find_index, list_parts
-    from verne_post.output.setpoints import READS
     from verne_post.output.side_car import read_side_car, report_changes
     from verne_post.output.summary import describe_following, format_verdict
 
@@ -133,10 +132,6 @@ def command(
         log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program)
     except InputError as error:
         return refuse(name, error)
-    except UnicodeDecodeError as error:
-        raise click.UsageError(
-            f"{name} is {UTF16 if is_utf16(error.object) else f'no setpoint file: {NO_TEXT}; {READS}'}"
-        ) from None
     if beside is not None:
         index, number, count = beside
         verdict = judge_part(name, verdict, number, count)

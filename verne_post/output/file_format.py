@@ -40,6 +40,8 @@ class FileFormat(Struct, frozen=True):
     read: Reader | None = None
     #: Whether the first HEAD_BYTES are those of a file in this format; without it, none is recognized.
     recognize: Callable[[bytes, Expected], bool] | None = None
+    #: Whether it is an archive, which cannot be read from its begin to its end as a pipe gives it.
+    is_archive: bool = False
 
     def choose_writer(self, suffix: str) -> Writer:
         """Choose the writer for a file whose name ends so; "" for standard output."""

@@ -22,7 +22,6 @@ from verne_post.model.summary import Summary
 from verne_post.output.expected import Expected
 from verne_post.output.rounding import choose_time_decimals
 from verne_post.output.setpoint_files import read_setpoints
-from verne_post.output.setpoints import READS
 
 #: What a part is called, and what opens it.
 PartFile = tuple[str, Callable[[], IO[bytes]]]
@@ -159,13 +158,6 @@ def find_index(part: Path) -> tuple[Path, int, int] | None:
     return (index, listed.index(part) + 1, len(listed)) if len(listed) > 1 and part in listed else None
 
 
-def _read_text(blocks: Iterator[SetpointBlock], name: str) -> Iterator[SetpointBlock]:
-    try:
-        yield from blocks
-    except UnicodeDecodeError:
-        raise make_input_error("VP020", f"{name}: no setpoint file; {READS}") from None
-
-
 def _open(file: Path) -> IO[bytes]:
     try:
         return file.open("rb")
@@ -201,7 +193,7 @@ def read_parts(
     for number, (part, open_part) in enumerate(parts):
         begin, line = first, None
         with open_part() as stream:
-            for block in _read_text(read_setpoints(stream, replace(expected, name=part)), part):
+            for block in read_setpoints(stream, replace(expected, name=part)):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
                     raise make_input_error("VP020", f"{part}: does not begin where the part before it ended")
                 last, first = block.values[-1], begin + block.first + len(block.values)

@@ -70,4 +70,6 @@ def name_columns(rows: WrittenRows) -> tuple[str, ...]:
     return ("t", *rows.name_joints(), "line")
 
 
-FORMAT: Final = FileFormat(write, ".npz", name_columns, has_undriven=True, read=read, recognize=recognize)
+FORMAT: Final = FileFormat(
+    write, ".npz", name_columns, has_undriven=True, read=read, recognize=recognize, is_archive=True
+)

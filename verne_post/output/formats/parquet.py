@@ -63,5 +63,12 @@ def recognize(head: bytes, expected: Expected) -> bool:
 
 
 FORMAT: Final = FileFormat(
-    write, ".parquet", WrittenRows.name_columns, needs="pyarrow", has_undriven=True, read=read, recognize=recognize
+    write,
+    ".parquet",
+    WrittenRows.name_columns,
+    needs="pyarrow",
+    has_undriven=True,
+    read=read,
+    recognize=recognize,
+    is_archive=True,
 )

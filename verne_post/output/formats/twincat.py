@@ -16,6 +16,8 @@ from verne_post.output.spool import WrittenRows
 _BYTES: Final = 8
 #: Sizes of numbers that a table may begin with, but for 0. Text, taken as numbers, has others.
 _LEAST, _MOST = 1e-13, 1e13
+#: Rows of zeros that no program begins with: a standstill of minutes where every joint is at 0.
+_MOST_ZEROS: Final = 100_000
 
 
 def write(rows: WrittenRows) -> Iterator[bytes]:
@@ -28,8 +30,11 @@ def read(stream: IO[bytes], expected: Expected) -> Iterator[SetpointBlock]:
     """Read rows of joints; the lines of the program are not in the file."""
 
     def take_tables() -> Iterator[tuple[Array, None, None]]:
-        row = _BYTES * expected.driven
+        row, zeros = _BYTES * expected.driven, 0
         while raw := stream.read(READ_ROWS * row):
+            zeros = -1 if zeros < 0 or any(raw) else zeros + 1
+            if zeros * READ_ROWS > _MOST_ZEROS:
+                raise make_input_error("VP020", f"the file begins with {_MOST_ZEROS} rows of zeros", file=expected.name)
             if len(raw) % row:
                 text = f"the file ends within a row of {expected.driven} numbers of {_BYTES} bytes"
                 raise make_input_error("VP020", text, file=expected.name)
