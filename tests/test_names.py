@@ -37,7 +37,7 @@ VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.
 NAMED_OTHERWISE = {"property", "cached_property", "setter", "command", "group"}
 #: Hooks that a library calls by these names, and functions that bear the names of their commands.
-HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main", "machined", "batch"}
+HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "readable", "readinto", "main", "machined", "batch"}
 #: Names that programs outside rely on, and what builds an exception as a class would: ``raise at.error(...)``.
 FIXED = {
     "inverse",

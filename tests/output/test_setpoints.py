@@ -185,7 +185,7 @@ def test_times_must_be_told_apart() -> None:
         (b"", "VP020"),
         (HEADER.encode() + b"\n", "VP020"),
         (HEADER.encode() + b"\n0.000,1,2\n", "VP020"),
-        (b"\xff\xfe\x00", "no text in UTF-8"),
+        (b"\xff\xfe\x00", "text in UTF-16"),
         (HEADER.encode() + b"\n0.000,\xff,2\n", "no text in UTF-8"),
     ],
     ids=["empty", "header alone", "truncated", "not UTF-8", "not UTF-8 behind the header"],
