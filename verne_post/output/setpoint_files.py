@@ -33,14 +33,14 @@ def read_setpoints(stream: IO[bytes], expected: Expected) -> Iterator[SetpointBl
         )
         raise make_input_error("VP020", text, file=expected.name)
     try:
-        with _rewind(stream, head, found.is_archive) as whole:
+        with _open_whole(stream, head, found.is_archive) as whole:
             yield from found.read(whole, expected)
     except UnicodeDecodeError:
         text = f"the file is {UTF16}" if is_utf16(head) else f"this is no setpoint file: {NO_TEXT}; {READS}"
         raise make_input_error("VP020", text, file=expected.name) from None
 
 
-def _rewind(stream: IO[bytes], head: bytes, seeks: bool) -> IO[bytes]:
+def _open_whole(stream: IO[bytes], head: bytes, seeks: bool) -> IO[bytes]:
     """A stream from its begin on, of which ``head`` has been taken."""
     if stream.seekable():
         stream.seek(-len(head), io.SEEK_CUR)
