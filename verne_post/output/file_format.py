@@ -5,17 +5,16 @@ from typing import IO, TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.expected import Expected
-
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the command line knows the formats before it loads numpy
     from verne_post.model.machine import Machine
+    from verne_post.model.setpoints import SetpointBlock
+    from verne_post.output.expected import Expected
     from verne_post.output.spool import WrittenRows
 
 
 Writer = Callable[["WrittenRows"], Iterator[bytes]]
 #: Reads a file, from which nothing has been taken yet, block by block.
-Reader = Callable[[IO[bytes], Expected], Iterator[SetpointBlock]]
+Reader = Callable[[IO[bytes], "Expected"], Iterator["SetpointBlock"]]
 
 
 #: Bytes by which a format is recognized.
@@ -39,7 +38,7 @@ class FileFormat(Struct, frozen=True):
     #: Read what was written; None where a file does not hold every row.
     read: Reader | None = None
     #: Whether the first HEAD_BYTES are those of a file in this format; without it, none is recognized.
-    recognize: Callable[[bytes, Expected], bool] | None = None
+    recognize: Callable[[bytes, "Expected"], bool] | None = None
     #: Whether it is an archive, which cannot be read from its begin to its end as a pipe gives it.
     is_archive: bool = False
 
