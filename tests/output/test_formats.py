@@ -545,3 +545,29 @@ def test_verify_reads_times_and_sizes_of_binary_files(tmp_path: Path, run: Calla
     assert run("convert", program, *PLACE, "--format", "twincat", "-o", axes).code == 0
     axes.write_bytes(axes.read_bytes()[:-8])
     assert "the file ends within a row of 5 numbers of 8 bytes" in run("verify", axes, "--against", program, *PLACE).err
+
+
+@pytest.mark.parametrize("kind", ["linuxcnc", "twincat"])
+def test_files_without_lines_may_begin_at_rest_and_stop_between_rapids(
+    tmp_path: Path, run: Callable[..., Any], kind: str
+) -> None:
+    """Decimals show in motion alone; at the place of a stop, a row may belong to the motion behind it."""
+    program, rows = tmp_path / "p.nc", tmp_path / "p.out"
+    program.write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG4 P8.5\nG1 X4 Y1 F3000\nM2\n", encoding="utf-8")
+    assert run("convert", program, *PLACE, "--format", kind, "-o", rows).code == 0
+    assert run("verify", rows, "--against", program, *PLACE).code == 0
+    if kind == "linuxcnc":  # as another program writes the same numbers
+        numbers = np.loadtxt(rows)
+        assert len(numbers) > 8192
+        np.savetxt(rows, numbers)
+        assert run("verify", rows, "--against", program, *PLACE).code == 0
+    program.write_text("G21 G90 G64\nG0 X0 Y0 Z60 A0 C0\nG0 Z50\nX0 Y20\nM0\nX20\nM2\n", encoding="utf-8")
+    parts = "--split-at-stops", "--format", kind
+    assert run("convert", program, *PLACE, *parts, "-o", rows).code == 0
+    assert run("verify", tmp_path / "p.index.json", "--against", program, *PLACE).code == 0
+    first, second = tmp_path / "p.1.out", tmp_path / "p.2.out"
+    joined = first.read_bytes() + second.read_bytes()
+    pieces = joined.splitlines(True) if kind == "linuxcnc" else [joined[k : k + 40] for k in range(0, len(joined), 40)]
+    first.write_bytes(b"".join(pieces[:70]))  # cut in motion
+    second.write_bytes(b"".join(pieces[70:]))
+    assert run("verify", tmp_path / "p.index.json", "--against", program, *PLACE).code != 0

@@ -71,8 +71,9 @@ def read_all_parts(
     program: Program, name: str, parts: Sequence[PartFile], counts: list[int] | None = None
 ) -> Iterator[SetpointBlock]:
     """Read the rows of all parts of a program; as :func:`~verne_post.output.parts.read_parts`."""
-    stops = [int(program.moves.line[stop]) for stop in program.stops]
-    return read_parts(parts, _expect(program, name), stops, counts)
+    line = program.moves.line
+    stops = [line[max(stop - 1, 0) : stop + 2].tolist() for stop in program.stops]
+    return read_parts(parts, _expect(program, name), [int(line[stop]) for stop in program.stops], stops, counts)
 
 
 def _expect(program: Program, name: str) -> Expected:

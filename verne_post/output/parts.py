@@ -174,9 +174,12 @@ def read_parts(
     parts: Sequence[PartFile],
     expected: Expected,
     stop_lines: Sequence[int],
+    lines_around: Sequence[Sequence[int]],
     counts: list[int] | None = None,
 ) -> Iterator[SetpointBlock]:
     """Read the rows of all parts, one after the other; ``stop_lines`` are where the program is to be cut.
+
+    A part without lines may end in any of ``lines_around`` its stop: at the place of the stop, all of them are.
 
     The name of ``expected`` is what all parts together are called. ``counts`` gets the number of rows of each part.
 
@@ -191,17 +194,20 @@ def read_parts(
         raise make_input_error("VP020", f"{expected.name}: {has}")
     first, last = 0, None
     for number, (part, open_part) in enumerate(parts):
-        begin, line = first, None
+        begin, line, has_lines = first, None, True
         with open_part() as stream:
             for block in read_setpoints(stream, replace(expected, name=part)):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
                     raise make_input_error("VP020", f"{part}: does not begin where the part before it ended")
                 last, first = block.values[-1], begin + block.first + len(block.values)
+                has_lines = block.line[-1] != UNKNOWN_LINE
                 yield replace(block, first=begin + block.first)
                 line = int(block.line[-1])  # in a file without lines, as found by who has taken the block
         if counts is not None:
             counts.append(first - begin)
-        if number < len(stop_lines) and line not in (stop_lines[number], UNKNOWN_LINE):
+        if number == len(stop_lines) or line == stop_lines[number]:
+            continue
+        if has_lines or line not in (*lines_around[number], UNKNOWN_LINE):
             raise make_input_error(
                 "VP020", f"{part}: ends in line {line}, and the program stops in line {stop_lines[number]}"
             )

@@ -20,6 +20,8 @@ from verne_post.output.rounding import MAX_DECIMALS, choose_time_decimals, conve
 READ_ROWS: Final = 8192
 #: Characters: no row has so many, and a file without line ends is not read into memory as one.
 _LONGEST_LINE = 1 << 16
+#: Blocks at rest that wait for motion, which shows their decimals: a quarter of an hour in rows of a millisecond.
+_AT_REST: Final = 128
 #: Rows of a text that show its decimals.
 _SEEN: Final = 64
 #: Characters of a wrong header that a message quotes.
@@ -83,7 +85,7 @@ def read_csv(stream: IO[str], file: Expected) -> Iterator[SetpointBlock]:
         if fmt is None:
             cells_seen = [line.strip().split(",") for line in lines[:_SEEN]]
             times = max(len(cell[0].partition(".")[2]) for cell in cells_seen)
-            fmt = see_format([cell[1:-1] for cell in cells_seen], file, 1, times)
+            fmt = _see_format([cell[1:-1] for cell in cells_seen], file, 1, times)
         _check_time(table[:, 0], name, first, fmt)
         yield make_block(first, table[:, 1:-1], table[:, -1], fmt, file)
 
@@ -148,10 +150,44 @@ def make_block(
 
 
 def read_exact_blocks(
-    tables: Iterable[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]], file: Expected
+    tables: Iterable[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]],
+    file: Expected,
+    header_lines: int | None = None,
 ) -> Iterator[SetpointBlock]:
-    """Blocks of a file of binary numbers, from joints (n, n_joints), times (n,) and lines (n,) or None of each."""
-    first, fmt, time_decimals = 0, None, choose_time_decimals(file.cycle)
+    """Blocks of joints (n, n_joints), times (n,) and lines (n,) or None of each; their decimals are seen in motion."""
+    fmt, waiting = None, list[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]]()
+    time_decimals, first = choose_time_decimals(file.cycle), 0
+    for table in _check_tables(tables, file):
+        waiting.append(table)
+        if fmt is None and (len(waiting) == _AT_REST or not (table[0] == waiting[0][0][0]).all()):
+            fmt = _fill_format(_find_decimals(table[0]), time_decimals, file, header_lines)
+        while fmt is not None and waiting:
+            yield _make_exact_block(first, *waiting[0], fmt, file)
+            first += len(waiting.pop(0)[0])
+    for table in waiting:  # at rest from the first row to the last
+        fmt = _fill_format(_find_decimals(table[0]), time_decimals, file, header_lines)
+        yield _make_exact_block(first, *table, fmt, file)
+        first += len(table[0])
+
+
+def _make_exact_block(
+    first: int,
+    numbers: Array,
+    t: NDArray[Any] | None,
+    line: NDArray[Any] | None,
+    fmt: SetpointFormat,
+    file: Expected,
+) -> SetpointBlock:
+    if t is not None:
+        _check_time(t, file.name, first, fmt)
+    return make_block(first, numbers, line, fmt, file)
+
+
+def _check_tables(
+    tables: Iterable[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]], file: Expected
+) -> Iterator[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]]:
+    """Refuse (VP020) tables that have not the joints of the machine, one time and one line a row, or numbers."""
+    first = 0
     for numbers, t, line in tables:
         if numbers.ndim != 2 or numbers.shape[1] not in (len(file.columns), file.driven):
             raise make_input_error("VP020", f"the rows have not {len(file.columns)} joints", file=file.name)
@@ -160,15 +196,12 @@ def read_exact_blocks(
         bad = np.flatnonzero(~np.isfinite(numbers).all(axis=1))
         if len(bad):
             raise make_input_error("VP020", f"row {first + bad[0]} has no finite numbers", file=file.name)
-        fmt = fmt or _fill_format(_find_decimals(numbers), time_decimals, file, None)
-        if t is not None:
-            _check_time(t, file.name, first, fmt)
-        yield make_block(first, numbers, line, fmt, file)
+        yield numbers, t, line
         first += len(numbers)
 
 
 def _find_decimals(numbers: Array) -> list[int]:
-    """Decimals that binary numbers (n, k) have; of a column at rest, which tells nothing, the most of the others."""
+    """Decimals that numbers (n, k) have; of a column at rest, which tells nothing, the most of the others."""
     found = []
     for column in numbers.T:
         if (column == column[0]).all():
@@ -208,7 +241,7 @@ def _parse_numbers(lines: list[str], separator: str | None, width: int, name: st
     )
 
 
-def see_format(rows: list[list[str]], file: Expected, header_lines: int, time_decimals: int = 0) -> SetpointFormat:
+def _see_format(rows: list[list[str]], file: Expected, header_lines: int, time_decimals: int = 0) -> SetpointFormat:
     """The format of a text: decimals as written, the most that a column has in the first rows."""
     counts = [max(len(cell.partition(".")[2]) for cell in column) for column in zip(*rows[:_SEEN], strict=True)]
     return _fill_format(counts, time_decimals, file, header_lines)

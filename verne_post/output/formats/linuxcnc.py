@@ -8,7 +8,7 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.expected import Expected
 from verne_post.output.file_format import FileFormat
 from verne_post.output.fixed_point import format_rows
-from verne_post.output.setpoints import is_row, make_block, read_tables, see_format
+from verne_post.output.setpoints import is_row, read_exact_blocks, read_tables
 from verne_post.output.spool import WrittenRows
 
 
@@ -19,11 +19,10 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
 
 def read(stream: IO[bytes], expected: Expected) -> Iterator[SetpointBlock]:
     """Read rows of joints; the lines of the program are not in the file."""
-    fmt = None
     with io.TextIOWrapper(stream, encoding="utf-8-sig") as text:
-        for first, lines, table in read_tables(text, expected.name, None, expected.driven, 0):
-            fmt = fmt or see_format([line.split() for line in lines], expected, 0)
-            yield make_block(first, table, None, fmt, expected)
+        tables = read_tables(text, expected.name, None, expected.driven, 0)
+        # decimals are those of the numbers: who reads the text and writes it again may pad it with zeros
+        yield from read_exact_blocks(((table, None, None) for _first, _lines, table in tables), expected, 0)
 
 
 def recognize(head: bytes, expected: Expected) -> bool:

@@ -53,7 +53,7 @@ def read(stream: IO[bytes], expected: Expected) -> Iterator[SetpointBlock]:
                     yield np.stack(joints, axis=1), t, line
 
             yield from read_exact_blocks(take_tables(), expected)
-    except pa.ArrowException as error:
+    except (pa.ArrowException, TypeError) as error:
         raise make_input_error("VP020", f"no parquet file: {error}", file=expected.name) from None
 
 
