@@ -1149,5 +1149,6 @@ def test_no_text_for_people_has_a_minus_zero(tmp_path: Path, run: Callable[..., 
     for command in (["convert", program, "-o", tmp_path / "a.csv"], ["explain", f"{program}:3"], ["fit", program]):
         answer = run(*command, *words)
         assert answer.code == 0, answer.err
-        assert not re.search(r"-0(\.0*)?(?![.\d])", answer.out + answer.err), command
+        said = (answer.out + answer.err).replace(str(tmp_path), "")  # a first folder of pytest ends with -0
+        assert not re.search(r"-0(\.0*)?(?![.\d])", said), command
     assert "a_deg 0.0000, c_deg 0.0000" in " ".join(run(program, "-o", tmp_path / "b.csv", *words).err.split())
