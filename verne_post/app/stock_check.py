@@ -46,7 +46,7 @@ from verne_post.part.stock_forms import make_box
 #: Curved or turning motion is cut in chords of this length, mm and rad: 0.003 mm off an arc of radius 0.5.
 CHORD_MM: Final = 0.1
 CHORD_ANGLE: Final = np.radians(0.5)
-#: Said while a stock is cut, which takes a second or more then.
+#: In the line of progress, which is shown where cutting takes a second or more.
 NO_NUMBA: Final = ", ten times faster with numba (extra part)"
 #: Stands for a tool whose size nobody has given: thin, but no ray passes beside it unseen.
 WIRE: Final = Cylinder("cutter", 0.3)

@@ -72,8 +72,9 @@ def read_all_parts(
 ) -> Iterator[SetpointBlock]:
     """Read the rows of all parts of a program; as :func:`~verne_post.output.parts.read_parts`."""
     line = program.moves.line
-    stops = [line[max(stop - 1, 0) : stop + 2].tolist() for stop in program.stops]
-    return read_parts(parts, _expect(program, name), [int(line[stop]) for stop in program.stops], stops, counts)
+    stop_lines = [int(line[stop]) for stop in program.stops]
+    around = [line[max(stop - 1, 0) : stop + 2].tolist() for stop in program.stops]
+    return read_parts(parts, _expect(program, name), stop_lines, around, counts)
 
 
 def _expect(program: Program, name: str) -> Expected:

@@ -1,4 +1,4 @@
-"""What the reader of a setpoint file is told."""
+"""What a setpoint file that is read should hold: its reader compares it."""
 
 from msgspec import Struct
 

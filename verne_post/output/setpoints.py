@@ -16,6 +16,8 @@ from verne_post.output.expected import Expected
 from verne_post.output.fixed_point import format_rows
 from verne_post.output.rounding import MAX_DECIMALS, choose_time_decimals, convert_positions, name_column
 
+#: Joints (n, n_joints), and times and lines (n,), or None where a file has none of them.
+ExactTable = tuple[Array, NDArray[Any] | None, NDArray[Any] | None]
 #: Rows of a block that is read.
 READ_ROWS: Final = 8192
 #: Characters: no row has so many, and a file without line ends is not read into memory as one.
@@ -150,12 +152,10 @@ def make_block(
 
 
 def read_exact_blocks(
-    tables: Iterable[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]],
-    file: Expected,
-    header_lines: int | None = None,
+    tables: Iterable[ExactTable], file: Expected, header_lines: int | None = None
 ) -> Iterator[SetpointBlock]:
-    """Blocks of joints (n, n_joints), times (n,) and lines (n,) or None of each; their decimals are seen in motion."""
-    fmt, waiting = None, list[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]]()
+    """Blocks of tables; the decimals of their joints are seen in motion."""
+    fmt, waiting = None, list[ExactTable]()
     time_decimals, first = choose_time_decimals(file.cycle), 0
     for table in _check_tables(tables, file):
         waiting.append(table)
@@ -183,9 +183,7 @@ def _make_exact_block(
     return make_block(first, numbers, line, fmt, file)
 
 
-def _check_tables(
-    tables: Iterable[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]], file: Expected
-) -> Iterator[tuple[Array, NDArray[Any] | None, NDArray[Any] | None]]:
+def _check_tables(tables: Iterable[ExactTable], file: Expected) -> Iterator[ExactTable]:
     """Refuse (VP020) tables that have not the joints of the machine, one time and one line a row, or numbers."""
     first = 0
     for numbers, t, line in tables:

@@ -313,27 +313,25 @@ class _Run:
                 name: self._find_met(tip[begin:end], axis[begin:end], near[begin:end], body, tool.follows_cutter(name))
                 for name, body in tool.others.items()
             }
-            clear: list[Ints] = []  # parts that are cut together
-
-            def cut_clear(clear: list[Ints] = clear) -> None:
-                if clear:
-                    at = np.concatenate(clear)
-                    self._cut(rows[at], tip[at], axis[at], tool.cutter)
-                    clear.clear()
-
+            waiting = begin  # spans from here to the next part are cut together
             for part in some:
                 bodies = {name: tool.others[name] for name, where in met.items() if where[part - begin].any()}
                 if not bodies and joins[part].all():
-                    clear.append(part)
                     continue
-                cut_clear()
+                self._cut_from(waiting, part[0], rows, tip, axis, tool)
+                waiting = part[-1] + 1
                 if bodies:
                     self._pass_line(rows, tip, axis, part, tool, bodies)
                 else:
                     self._cut(rows[part], tip[part], axis[part], tool.cutter)
                 if self.only_first and self.is_over:
                     return
-            cut_clear()
+            self._cut_from(waiting, end, rows, tip, axis, tool)
+
+    def _cut_from(self, begin: int, end: int, rows: Ints, tip: Array, axis: Array, tool: Tool) -> None:
+        """Cut some of the spans, where there are any."""
+        if begin < end:
+            self._cut(rows[begin:end], tip[begin:end], axis[begin:end], tool.cutter)
 
     def _pass_line(
         self, rows: Ints, tip: Array, axis: Array, part: Ints, tool: Tool, bodies: Mapping[str, tuple[Piece, ...]]
@@ -359,6 +357,8 @@ class _Run:
     def _find_met(self, tip: Array, axis: Array, near: Mask, body: tuple[Piece, ...], follows_cutter: bool) -> Mask:
         """Spans (n,) on which a body may meet the stock, or a cut ahead of them has to take material out of its way."""
         met, some = np.zeros(len(tip), dtype=bool), np.flatnonzero(near)
+        if not len(some):
+            return met
         upright = find_upright(axis)
         # of standing bodies, those of a whole line are not where those of its stretches are
         by = (-TOUCH_MM - self.left if follows_cutter else RESOLVED), 0.5 * STEP_MM * (not upright[some].all())
