@@ -16,12 +16,13 @@ from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder, Tool
 from verne_post.part import cutting
 from verne_post.part.bodies import build_pieces, measure_phi
-from verne_post.part.cutting import Cut, Spans, Touch, cut_stock, group_pieces
+from verne_post.part.cutting import Cut, Touch, cut_stock
 from verne_post.part.dexels import Dexels, list_sweeps
 from verne_post.part.motion import join_chords
 from verne_post.part.ray_tables import make_table, meet_moving, meet_standing
 from verne_post.part.stl import build_mesh
 from verne_post.part.stock_forms import ASIDE, cross_mesh, make_box, make_cylinder, make_of_mesh, unpack
+from verne_post.part.tool_spans import Spans, group_pieces, list_pairs
 
 UP = (0.0, 0.0, 1.0)
 UPRIGHT = TiltingTable(np.zeros(3), np.zeros(3), np.zeros(3), 1.0, 1.0)
@@ -489,7 +490,7 @@ def test_an_edge_between_rays_is_not_told_too_shallow_as_a_contact_deepens(deepe
     off = (depth - 20.0) / np.sqrt(2.0)
     tip = np.column_stack([off, off, np.full(3, -27.0)])
     zeros = np.zeros(2, dtype=int)
-    spans = Spans(cutting._list_pairs(tip, tip)[0], np.tile(UP, (2, 2, 1)), zeros + 7, zeros, zeros > 0)
+    spans = Spans(list_pairs(tip, tip)[0], np.tile(UP, (2, 2, 1)), zeros + 7, zeros, zeros > 0)
     tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
     found = max(one.depth for one in cut_stock(box(10, 10, 4, cell), spans, tools).touches)
     assert depth[-1] - max(0.1, cell) <= found <= depth[-1] + 1e-6
@@ -507,7 +508,7 @@ def test_short_spans_of_a_turning_line_are_checked_together(monkeypatch: pytest.
         tip = np.column_stack([10 + 40 * share, np.full(chords + 1, 20.0), np.full(chords + 1, -5.0)])
         axis = np.column_stack([0 * share, -np.sin(angle), np.cos(angle)])
         zeros = np.zeros(chords, dtype=int)
-        spans = Spans(*cutting._list_pairs(tip, axis), zeros + 7, zeros, zeros > 0)
+        spans = Spans(*list_pairs(tip, axis), zeros + 7, zeros, zeros > 0)
         tools = [group_pieces(build_pieces((BALL, Cylinder("shank", 12.0, 10.0), HOLDER), 60.0, joined=False))]
         touches = cut_stock(box(60, 40, 20, 0.4), spans, tools).touches
         answers.append({one.body: max(o.depth for o in touches if o.body == one.body) for one in touches})
@@ -612,7 +613,7 @@ def test_which_spans_touch_does_not_depend_on_their_depth(keep_off: float) -> No
     lines, zeros = np.repeat(np.arange(5), 8), np.zeros(40, dtype=int)
     rapid = (lines == 2) | (lines == 4)
     corner = np.where(rapid & (np.arange(40) % 8 == 0), 0.3, 0.0)
-    spans = Spans(*cutting._list_pairs(tip, axis), lines, zeros, rapid, corner)
+    spans = Spans(*list_pairs(tip, axis), lines, zeros, rapid, corner)
     tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
     whole, asked = (
         cut_stock(box(60, 40, 20, 0.4), spans, tools, keep_off, only_spans=only_spans) for only_spans in (False, True)
@@ -628,7 +629,7 @@ def test_bodies_of_short_spans_are_no_nearer_than_those_of_a_long_one() -> None:
     tip = np.column_stack([np.linspace(0.0, 9.3, 89), np.zeros(89), np.zeros(89)])
     axis = np.tile([0.0, -0.6, 0.8], (89, 1))
     long = list_sweeps(tip[None, [0, -1]], axis[None, [0, -1]], 20.0, 0.1)
-    short = list_sweeps(*cutting._list_pairs(tip, axis), 20.0, 0.1)
+    short = list_sweeps(*list_pairs(tip, axis), 20.0, 0.1)
     assert len(short) == len(long) == 94
     assert short.end == pytest.approx(long.end, abs=1e-9)
     assert (np.diff(short.owner) >= 0).all() and short.owner[-1] == 87

@@ -18,10 +18,11 @@ from verne_post.kinematics.checks.keep_out import place_own_stock
 from verne_post.model.findings import Finding
 from verne_post.model.part_setup import Box, FixtureMesh, Wanted, describe_tool_number
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.part.cutting import Spans, cut_stock
+from verne_post.part.cutting import cut_stock
 from verne_post.part.dexels import MOST_RAYS, Dexels
 from verne_post.part.rests import find_rests
 from verne_post.part.stock_forms import CELL_MM, make_box, make_cylinder, read_stock
+from verne_post.part.tool_spans import Spans
 from verne_post.part.verdict import Machined, add_rests
 
 #: Rows nearer than this to the straight way between others are left out, mm; axes count as points at this height, mm.

@@ -38,10 +38,12 @@ from verne_post.model.protocols import TableCoordinates, turn_from_setup, turn_t
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import Family, find_family
 from verne_post.part.bodies import build_pieces
-from verne_post.part.cutting import LINE_HEIGHT_MM, Cut, Spans, Tool, Touch, cut_stock, group_pieces
+from verne_post.part.cutting import Cut, Touch, cut_stock
 from verne_post.part.dexels import Dexels
 from verne_post.part.motion import join_chords
 from verne_post.part.stock_forms import make_box
+from verne_post.part.thin_cutters import LINE_HEIGHT_MM
+from verne_post.part.tool_spans import Spans, Tool, group_pieces
 
 #: Curved or turning motion is cut in chords of this length, mm and rad: 0.003 mm off an arc of radius 0.5.
 CHORD_MM: Final = 0.1

@@ -19,19 +19,25 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.part.bodies import Piece, measure_phi
+from verne_post.part.clearance import TOUCH_MM
 from verne_post.part.dexels import Dexels, Sweeps, count_bodies, find_boxes, find_upright, list_sweeps, load_compiled
 from verne_post.part.ray_tables import RayTable, make_table
+from verne_post.part.thin_cutters import LINE_RADIUS_MM, ThinCuts
+from verne_post.part.tool_spans import (
+    STRETCH_MM,
+    Spans,
+    Tool,
+    group_spans,
+    join_stretches,
+    list_pairs,
+    place_along,
+    split_span,
+)
+from verne_post.part.ways import find_ways, follows_ways, list_columns
 
-#: Bodies may touch, and reach into the stock by this, mm, as into fixtures.
-TOUCH_MM: Final = 0.005
 #: Standing bodies are so far from each other, mm.
 STEP_MM: Final = 0.1
-#: Stretches after which shank, holder and spindle are checked, and parts of a rapid that are decided one by one, mm.
-STRETCH_MM: Final = 1.0
-#: Short spans of feed motion that are checked together at most: those that turn about the tip have no length.
-MOST_TOGETHER: Final = 10
 #: Spans of feed motion before which the stock is asked which bodies it can meet on them at all.
 MOST_AHEAD: Final = 128
 #: In a contact that goes on, stretches that are cut and checked together at most: it is an error already.
@@ -40,8 +46,6 @@ MOST_IN_CONTACT: Final = 4
 FINE_MM: Final = 0.05
 #: Stands for an enlargement by what may lie between rays.
 RESOLVED: Final = np.inf
-#: Rounding of shares of a way.
-SHARE_SLACK: Final = 1e-9
 #: Compiling takes as long as this many bodies without.
 WORTH_COMPILING: Final = 3000
 #: Places along a stretch at which the distance of points is measured: at least, and where the depth of a long one is.
@@ -57,65 +61,12 @@ MEASURED_RAYS: Final = 300
 MEASURED_BODIES: Final = 20
 #: Rays across a body from which these are chosen, if that leaves enough.
 CHOSEN_FROM: Final = 10_000
-#: Farther than this, mm, from its axis a cutter of unknown diameter has cut nothing: shell mills for spindles of taper
-#: 40 end at 160 mm (ISO 6462: larger ones are screwed to the nose of a spindle of taper 50), most drills at 50 mm.
-LINE_RADIUS_MM: Final = 80.0
-DRILL_RADIUS_MM: Final = 25.0
-#: Nor higher above its tip.
-LINE_HEIGHT_MM: Final = 100.0
 #: To this its radius is told, mm, from the room that it has in rapids.
 ROOM_MM: Final = 1.0
 #: Points of a contact that are asked for.
 LINE_POINTS: Final = 16
 #: The depth of a long contact is measured again after this share of itself: it changes by no more than the body moves.
 DEPTH_SHARE: Final = 0.05
-
-
-class Tool(Struct, frozen=True, eq=False):
-    """Bodies of revolution about one axis: those that cut, and others by name ("shank", "holder", "spindle")."""
-
-    cutter: tuple[Piece, ...]
-    others: Mapping[str, tuple[Piece, ...]]
-    is_line: bool = False  #: No diameter is given: the cutter is a thin line.
-    flat_radius: float = 0.0  #: mm, of a cutter of which a diameter alone is given; 0 for others.
-
-    def list_bodies(self, *, with_cutter: bool) -> Iterator[tuple[str, tuple[Piece, ...]]]:
-        """What has to keep out of the stock."""
-        if with_cutter:
-            yield "cutter", self.cutter
-        yield from self.others.items()
-
-    @property
-    def widens_upwards(self) -> bool:
-        """Whether the cutter comes back along its axis without touching what it has left."""
-        return all(make_table(piece).widens_upwards for piece in self.cutter)
-
-    def follows_cutter(self, name: str) -> bool:
-        """Whether a body is a shank that is no wider than the cutter: it follows in the way that the cutter has cut."""
-        radius = max((piece.radius for piece in self.cutter), default=0.0)
-        return name == "shank" and all(piece.radius <= radius for piece in self.others[name])
-
-
-def group_pieces(pieces: Sequence[Piece]) -> Tool:
-    """A tool of pieces by the names of their parts."""
-    others = {
-        part: tuple(one for one in pieces if one.part == part) for part in dict.fromkeys(one.part for one in pieces)
-    }
-    return Tool(others.pop("cutter", ()), others)
-
-
-class Spans(Struct, frozen=True, eq=False):
-    """Motion in the order of time, n spans between two poses each; table frame."""
-
-    #: tip, axis (n, 2, 3): At the beginning and at the end; mm, unit.
-    tip: Array
-    axis: Array
-    #: line, tool (n,): Source line; index of the tool.
-    line: Ints
-    tool: Ints
-    rapid: Mask  #: (n,): Rapid traverse.
-    rounding: Array | None = None  #: (n,): What a rounded corner before it leaves of a cut, mm; None where not known.
-    still: Mask | None = None  #: (n,): The spindle of the tool is never started, as of a probe; None where not known.
 
 
 class Touch(Struct, frozen=True):
@@ -193,9 +144,9 @@ def cut_stock(
             way,
             turn,
             at,
-            body == "cutter" and depth != depth and row >= run.first_line_cut,
-            run.line_gaps.get(int(spans.line[row]), np.nan)
-            if body == "cutter" and row >= run.first_line_cut
+            body == "cutter" and depth != depth and row >= run.thin.first_span,
+            run.thin.gaps.get(int(spans.line[row]), np.nan)
+            if body == "cutter" and row >= run.thin.first_span
             else np.nan,
         )
         for (row, body), depth in run.depth.items()
@@ -237,13 +188,7 @@ class _Run:
         )
         #: Straight cuts by tool (tip and axis, 2, 3, n), in parts, which a rapid may follow.
         self.cuts: dict[int, list[Array]] = {}
-        #: Spans that cutters which are thin lines go along at feed, in parts: tips and the first axis (n, 3, 3), and
-        #: how wide (n,) such a cutter is at most.
-        self.line_cuts: list[tuple[Array, Array]] = []
-        self.first_line_cut: float = np.inf  #: The first span of theirs.
-        #: By tool how wide it is at most, and by line how far such cuts are from a certain contact, mm.
-        self.line_radius: dict[int, float] = {}
-        self.line_gaps: dict[int, float] = {}
+        self.thin = ThinCuts()
         #: By body the last place where the depth of a contact was measured: span, tip, axis, and the depth.
         self.measured: dict[str, tuple[int, Array, Array, float]] = {}
         #: Tools, and their bodies other than the cutter, that have run into the stock.
@@ -265,22 +210,17 @@ class _Run:
         number = int(self.spans.tool[rows[0]])
         tool, past = self.tools[number], self.cuts.setdefault(number, [])
         if self.spans.rapid[rows[0]]:
-            if tool.is_line and not self.line_cuts:
+            if tool.is_line and not self.thin:
                 self._find_room(number, tip, axis, tool.cutter)
             self._pass_rapids(rows, tip, axis, tool, past)
             return
         self._pass_feed(rows, tip, axis, tool)
-        past.append(_list_columns(tip, axis))
+        past.append(list_columns(tip, axis))
         if self.spans.still is not None:
             turning = ~self.spans.still[rows]
             rows, tip, axis = rows[turning], tip[turning], axis[turning]
         if tool.is_line and len(rows):
-            self.first_line_cut = min(self.first_line_cut, int(rows[0]))
-            radius = self.line_radius.get(number, LINE_RADIUS_MM)
-            way = np.diff(tip, axis=1)[:, 0]
-            across = np.linalg.norm(np.cross(way, axis[:, 0]), axis=1)
-            widths = np.where(across > TOUCH_MM, radius, min(radius, DRILL_RADIUS_MM))
-            self.line_cuts.append((np.concatenate([tip, axis[:, :1]], axis=1), widths))
+            self.thin.add(number, rows, tip, axis)
 
     def _pass_rapids(self, rows: Ints, tip: Array, axis: Array, tool: Tool, past: list[Array]) -> None:
         bodies = dict(tool.list_bodies(with_cutter=True))
@@ -289,7 +229,7 @@ class _Run:
         changes = (np.diff(self.spans.line[rows]) != 0) | (np.diff(in_corner) != 0)
         for part in np.split(np.arange(len(rows)), np.flatnonzero(changes) + 1):
             stood = tip[part[0], 0], axis[part[0], 0]
-            for group in _group_spans(part, tip, axis):
+            for group in group_spans(part, tip, axis):
                 beside = group[near[group]]
                 if len(beside) > 1 and self._is_far(tip[group], axis[group], bodies.values()):
                     continue
@@ -297,7 +237,7 @@ class _Run:
                     self._check(rows[k : k + 1], tip[k], axis[k], tool, bodies, stood)
             self._cut(rows[part], tip[part], axis[part], tool.cutter)
             self._break(rows[part], tip[part], axis[part], tool)
-            past.append(_list_columns(tip[part], axis[part]))
+            past.append(list_columns(tip[part], axis[part]))
 
     def _pass_feed(self, rows: Ints, tip: Array, axis: Array, tool: Tool) -> None:
         near = self._find_near(tip, axis, tool.others.values(), self.keep_off + self.stock.resolution)
@@ -337,15 +277,15 @@ class _Run:
         self, rows: Ints, tip: Array, axis: Array, part: Ints, tool: Tool, bodies: Mapping[str, tuple[Piece, ...]]
     ) -> None:
         """Feed motion of one line, in stretches: bodies are checked after each."""
-        for group in _group_spans(part, tip, axis):
+        for group in group_spans(part, tip, axis):
             tips, axes = (np.append(one[group, 0], one[group[-1:], 1], axis=0) for one in (tip, axis))
-            stretches = [(tips, axes)] if len(group) > 1 else [*_split_span(tips, axes, STRETCH_MM)]
+            stretches = [(tips, axes)] if len(group) > 1 else [*split_span(tips, axes, STRETCH_MM)]
             stands = (axes[0] == axes).all()  # a cutter that turns can cut what another body would have met
             done, together = 0, 1
             while done < len(stretches):
                 some = stretches[done : done + together]
-                at_tip, at_axis = some[0] if len(some) == 1 else _join_stretches(some)
-                self._cut(rows[group], *_list_pairs(at_tip, at_axis), tool.cutter)
+                at_tip, at_axis = some[0] if len(some) == 1 else join_stretches(some)
+                self._cut(rows[group], *list_pairs(at_tip, at_axis), tool.cutter)
                 self._check(rows[group], at_tip, at_axis, tool, bodies)
                 if self.only_first and self.is_over:
                     return
@@ -418,7 +358,7 @@ class _Run:
             if not follows_cutter and not self._is_touching(tip, axis, body, RESOLVED):
                 continue  # the largest is asked first: most bodies are clear
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
-                if name == "cutter" and self.line_cuts and self._may_be_cut(rows, tip, axis, body):
+                if name == "cutter" and self.thin and self._may_be_cut(rows, tip, axis, body):
                     self.depth.update(dict.fromkeys(((row, name) for row in rows.tolist()), np.nan))
                     continue
                 first, depth = self._follow_contact(rows, tip, axis, name, body)
@@ -429,7 +369,7 @@ class _Run:
                 if self.only_first in (True, name):
                     self.is_over |= name != "cutter" or not self.rounding[rows[0]] > 0
             elif not follows_cutter:
-                for row, tips, axes in zip(rows.tolist(), *_list_pairs(tip, axis), strict=True):
+                for row, tips, axes in zip(rows.tolist(), *list_pairs(tip, axis), strict=True):
                     run = int(self.run_of_line[row]), name
                     if run not in self.told and not self._is_clear(
                         row, tips, axes, name, body, stood or (tip[0], axis[0])
@@ -455,37 +395,21 @@ class _Run:
             )
 
         for k in np.flatnonzero(near).tolist():
-            at, low, high = slice(k, k + 1), 0.0, self.line_radius.get(number, LINE_RADIUS_MM)
+            at, low, high = slice(k, k + 1), 0.0, self.thin.get_radius(number)
             if has_room(at, high):
                 continue
             while high - low > ROOM_MM:
                 middle = 0.5 * (low + high)
                 low, high = (middle, high) if has_room(at, middle) else (low, middle)
-            self.line_radius[number] = high
+            self.thin.set_radius(number, high)
 
     def _may_be_cut(self, rows: Ints, tip: Array, axis: Array, body: tuple[Piece, ...]) -> bool:
-        """Whether all material that a body meets may have been cut by a cutter that is a thin line here.
-
-        Such a cutter leaves what is below the plane across its axis through its tip, and what is far from its axis.
-        If not, how far these cuts are is noted for the line.
-        """
+        """Whether all material that a body meets may have been cut by a cutter that is a thin line here."""
         point = self._list_points(tip, axis, body)
         if not len(point):
             return True
         some = np.append((point @ axis[0]).argmin(), np.linspace(0, len(point) - 1, LINE_POINTS).astype(int))
-        point = point[some]
-        cuts, widths = (np.concatenate(one) for one in zip(*self.line_cuts, strict=True))
-        self.line_cuts[:] = [(cuts, widths)]
-        reach = math.hypot(LINE_RADIUS_MM, LINE_HEIGHT_MM)
-        near = (cuts[:, :2].min(axis=1) <= point.max(axis=0) + reach).all(axis=1)
-        near &= (cuts[:, :2].max(axis=1) >= point.min(axis=0) - reach).all(axis=1)
-        below = -TOUCH_MM - self.left
-        if all((_measure_aside(cuts[near], at, below, LINE_HEIGHT_MM) < widths[near]).any() for at in point):
-            return True
-        line = int(self.spans.line[rows[0]])
-        if line not in self.line_gaps:
-            self.line_gaps[line] = max(float(_measure_aside(cuts, at, below, LINE_HEIGHT_MM).min()) for at in point)
-        return False
+        return self.thin.may_have_cut(point[some], int(self.spans.line[rows[0]]), -TOUCH_MM - self.left)
 
     def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> tuple[Array, Array]:
         """Tip and axis where a body that certainly touches on a span does so first, within ``FINE_MM``."""
@@ -526,7 +450,7 @@ class _Run:
         """Whether a ray has material in a body larger by ``by``, or by the space between rays (``RESOLVED``)."""
         return any(
             self.stock.find_touching(sweeps, table, compiled=self.compiled, only_first=True).any()
-            for sweeps, table in self._list_enlarged(*_list_pairs(tip, axis), body, by, step)
+            for sweeps, table in self._list_enlarged(*list_pairs(tip, axis), body, by, step)
         )
 
     def _is_far(self, tip: Array, axis: Array, bodies: Iterable[tuple[Piece, ...]]) -> bool:
@@ -539,7 +463,7 @@ class _Run:
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
     ) -> Iterator[tuple[Ints, Sweeps, RayTable]]:
         """For each piece which of its bodies are hit, all its bodies, and the piece as it was enlarged."""
-        for sweeps, table in self._list_enlarged(*_list_pairs(tip, axis), body, by):
+        for sweeps, table in self._list_enlarged(*list_pairs(tip, axis), body, by):
             yield np.flatnonzero(self.stock.find_touching(sweeps, table, compiled=self.compiled)), sweeps, table
 
     def _list_enlarged(
@@ -569,16 +493,16 @@ class _Run:
         while len(parts) > 1 and parts[-2].shape[-1] <= parts[-1].shape[-1]:  # few parts, and few copies
             parts[-2:] = [np.concatenate(parts[-2:], axis=-1)]
         long, lifts = max(piece.high for piece in body), self.tools[int(self.spans.tool[row])].widens_upwards
-        tips, axes = zip(*(_find_ways(part, tip, axis, long) for part in parts), strict=True)
+        tips, axes = zip(*(find_ways(part, tip, axis, long) for part in parts), strict=True)
         ways = np.concatenate(tips), np.concatenate(axes)
 
         def follows(part: tuple[Array, Array], size: float) -> bool:
-            if _follows(part, ways, long, lifts) or not self._is_touching(*part, body, RESOLVED):
+            if follows_ways(part, ways, long, lifts) or not self._is_touching(*part, body, RESOLVED):
                 return True
             if size == FINE_MM:
                 return False
             size = 0.5 * size if size > STRETCH_MM else FINE_MM
-            return all(follows(one, size) for one in _split_span(*part, size))
+            return all(follows(one, size) for one in split_span(*part, size))
 
         if follows((tip, axis), max(float(np.linalg.norm(tip[1] - tip[0])), STRETCH_MM)):
             return True
@@ -588,7 +512,7 @@ class _Run:
 
     def _is_leaving(self, tip: Array, axis: Array, body: tuple[Piece, ...], stood: tuple[Array, Array]) -> bool:
         """Whether a body comes nowhere nearer to material on a span than where it stood."""
-        tips, axes = _place_along(tip, axis, PLACES)
+        tips, axes = place_along(tip, axis, PLACES)
         return all(
             (_measure_nearest(tips, axes, body, point) >= measure_phi(body, point, *stood) - TOUCH_MM).all()
             for hit, sweeps, table in self._find_hits(tip, axis, body, RESOLVED)
@@ -634,7 +558,7 @@ class _Run:
     def _find_first(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> int:
         """The first of spans in a row on which a body certainly touches; one of them does."""
         last = len(tip) - 2
-        pairs = zip(*_list_pairs(tip, axis), strict=True)
+        pairs = zip(*list_pairs(tip, axis), strict=True)
         touching = (
             k for k, pair in enumerate(pairs) if k == last or self._is_touching(*pair, body, -TOUCH_MM - self.left)
         )
@@ -650,11 +574,11 @@ class _Run:
         reach = np.linalg.norm(point - tip[0], axis=1).max() + long
         places = FEW_PLACES
         while places < most:  # a distance changes by no more than the body moves from one place to the next
-            tips, axes = _place_along(tip, axis, places)
+            tips, axes = place_along(tip, axis, places)
             way, turn = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (tips, axes))
             nearest = _measure_nearest(tips, axes, body, point)
             point, places = point[nearest <= nearest.min() + (way + reach * turn).max()], 2 * places
-        return -float(_measure_nearest(*_place_along(tip, axis, most), body, point).min())
+        return -float(_measure_nearest(*place_along(tip, axis, most), body, point).min())
 
     def _list_points(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> Array:
         """Material (m, 3) on rays that meet a body: both ends and the middle on some of them."""
@@ -674,145 +598,9 @@ class _Run:
         return np.concatenate(found) if found else np.empty((0, 3))
 
 
-def _split_span(tip: Array, axis: Array, long: float) -> Iterator[tuple[Array, Array]]:
-    """A span (2, 3), (2, 3) in stretches of at most ``long``, mm."""
-    parts = max(int(np.ceil(np.linalg.norm(tip[1] - tip[0]) / long)), 1)
-    share = np.linspace(0.0, 1.0, parts + 1)[:, None]
-    tips, axes = tip[0] + share * (tip[1] - tip[0]), axis[0] + share * (axis[1] - axis[0])
-    tips[-1], axes[-1] = tip[1], axis[1]
-    axes /= np.linalg.norm(axes, axis=1)[:, None]
-    for k in range(parts):
-        yield tips[k : k + 2], axes[k : k + 2]
-
-
-def _join_stretches(stretches: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """From the beginning of the first stretch to the end of the last."""
-    (tips, axes), (last_tips, last_axes) = stretches[0], stretches[-1]
-    return np.stack([tips[0], last_tips[1]]), np.stack([axes[0], last_axes[1]])
-
-
-def _list_pairs(tip: Array, axis: Array) -> tuple[Array, Array]:
-    """Spans in a row (n, 2, 3) between poses (n + 1, 3)."""
-    return np.stack([tip[:-1], tip[1:]], axis=1), np.stack([axis[:-1], axis[1:]], axis=1)
-
-
-def _group_spans(part: Ints, tip: Array, axis: Array) -> Iterator[Ints]:
-    """Neighbouring spans that go on from each other, so many that they are no longer than ``STRETCH_MM``, or one."""
-    begin, gone = 0, 0.0
-    longs = np.linalg.norm(tip[part, 1] - tip[part, 0], axis=1).tolist()
-    goes_on = [(one[part[1:], 0] == one[part[:-1], 1]).all(axis=1) for one in (tip, axis)]
-    ends = np.append(False, ~np.all(goes_on, axis=0)).tolist()
-    for k, long in enumerate(longs):
-        if k > begin and (gone + long > STRETCH_MM or ends[k] or k - begin >= MOST_TOGETHER):
-            yield part[begin:k]
-            begin, gone = k, 0.0
-        gone += long
-    yield part[begin:]
-
-
-def _place_along(tip: Array, axis: Array, places: int) -> tuple[Array, Array]:
-    """Tips (places, 3) and axes (places, 3) at even places of spans in a row."""
-    parts = np.linspace(0.0, len(tip) - 1.0, places)
-    k = np.minimum(parts.astype(int), len(tip) - 2)
-    share = (parts - k)[:, None]
-    tips, axes = tip[k] + share * (tip[k + 1] - tip[k]), axis[k] + share * (axis[k + 1] - axis[k])
-    return tips, axes / np.linalg.norm(axes, axis=-1, keepdims=True)
-
-
 def _measure_nearest(tips: Array, axes: Array, body: tuple[Piece, ...], point: Array) -> Array:
     """Least signed distance (m,) of points (m, 3) from a body at places (n, 3)."""
     some = max(AT_A_TIME // len(tips), 1)
     parts = [point[first : first + some] for first in range(0, len(point), some)]
     nearest = [measure_phi(body, part, tips[:, None], axes[:, None]).min(axis=0) for part in parts]
     return np.concatenate(nearest) if nearest else np.empty(0)
-
-
-def _find_ways(past: Array, tip: Array, axis: Array, reach: float) -> tuple[Array, Array]:
-    """Tips and axes (n, 2, 3) of the ways that a stretch of a span may lie on, or along its axis above them.
-
-    ``past`` (2, 2, 3, n): tips and axes of the spans cut before, in columns because they are many.
-    """
-    tips, axes = past
-    turned = np.abs(axes - axis[0][:, None]).max(axis=(0, 1)) - np.abs(axis[1] - axis[0]).max()
-    near = 2.0 * reach * turned <= 0.5 * TOUCH_MM
-    if (axis[0] == axis[1]).all():
-        if not near.all():
-            tips, axes = tips[..., near], axes[..., near]
-        beside = np.linalg.svd(axis[:1])[2][1:]  # two directions across the axis
-        past_ends, ends = beside @ tips, beside @ tip.T
-        low, high = past_ends.min(axis=0) - TOUCH_MM, past_ends.max(axis=0) + TOUCH_MM
-        near = ((low <= ends.max(axis=1)[:, None]) & (high >= ends.min(axis=1)[:, None])).all(axis=0)
-    return tips[..., near].transpose(2, 0, 1), axes[..., near].transpose(2, 0, 1)
-
-
-def _list_columns(tip: Array, axis: Array) -> Array:
-    """Spans (n, 2, 3), (n, 2, 3) as columns (tip and axis, 2, 3, n)."""
-    return np.stack([tip, axis]).transpose(0, 2, 3, 1)
-
-
-def _follows(part: tuple[Array, Array], ways: tuple[Array, Array], reach: float, lifts: bool) -> bool:
-    """Whether a straight stretch lies on straight ways of the same tool, or with ``lifts`` along its axis above them.
-
-    The distance from what lies above a straight way is convex along the stretch: all places between near ones are near.
-    """
-    (start, end), (axis, last_axis) = part
-    tips, axes = ways
-    turned = np.abs(axes - axis).max(axis=(1, 2)) + np.abs(last_axis - axis).max()
-    same = 2.0 * reach * turned <= 0.5 * TOUCH_MM
-    tips, along = tips[same], end - start
-    way, intervals = tips[:, 1] - tips[:, 0], []
-    across = along - (along @ axis) * axis
-    for direction in (along, across):
-        square = float(direction @ direction)
-        if square > 0:
-            share = np.clip((tips - start) @ direction / square, 0.0, 1.0)
-        else:
-            share = np.tile([0.0, 1.0], (len(tips), 1))
-        off = start + share[..., None] * along - tips[:, :1]
-        apart = _measure_from_way(off, way, None)
-        if lifts:
-            apart = np.minimum(apart, _measure_from_way(off, way, axis))
-        intervals.append(np.sort(share[apart.max(axis=1) <= 0.5 * TOUCH_MM], axis=1))
-    covered = 0.0
-    for low, high in sorted(np.concatenate(intervals).tolist()):
-        if low > covered + SHARE_SLACK:
-            break
-        covered = max(covered, high)
-    return covered >= 1.0 - SHARE_SLACK
-
-
-def _measure_aside(cuts: Array, at: Array, least: float, most: float) -> Array:
-    """Distance (n,) of a point from the axes of cutters where it is so high above their tips; infinite if nowhere.
-
-    ``cuts`` (n, 3, 3): tips at the beginning and at the end, and the axis.
-    """
-    begin, end, along = cuts.transpose(1, 0, 2)
-    way, gap = end - begin, at - begin
-    rise, high = (way * along).sum(axis=1), (gap * along).sum(axis=1)
-    way, gap = way - rise[:, None] * along, gap - high[:, None] * along
-    rise = np.where(np.abs(rise) < ZERO_LENGTH_MM, ZERO_LENGTH_MM, rise)  # a level span: all of it, or nothing
-    shares = np.sort([(high - least) / rise, (high - most) / rise], axis=0)
-    low, high = np.maximum(shares[0], 0.0), np.minimum(shares[1], 1.0)
-    nearest = (gap * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), ZERO_LENGTH_MM**2)
-    share = np.clip(nearest, low, np.maximum(low, high))
-    aside = np.linalg.norm(gap - share[:, None] * way, axis=1)
-    return np.where(low <= high, aside, np.inf)
-
-
-def _measure_from_way(off: Array, way: Array, axis: Array | None) -> Array:
-    """Distance of points (n, 2, 3) from ways (n, 3), seen from their begin; above a way, only across ``axis``."""
-    height = np.zeros(off.shape[:2])
-    rise = np.zeros(len(way))
-    if axis is not None:
-        height, rise = off @ axis, way @ axis
-        off, way = off - height[..., None] * axis, way - rise[:, None] * axis
-    long = (way * way).sum(1)[:, None]
-    share = np.clip((off * way[:, None]).sum(-1) / np.where(long > 0, long, 1.0), 0.0, 1.0)
-    if axis is not None:  # the parts of the way that are not above the point
-        steep = np.abs(rise)[:, None] > SHARE_SLACK
-        meets = np.clip(height / np.where(steep, rise[:, None], 1.0), 0.0, 1.0)
-        share = np.where(
-            steep & (rise[:, None] > 0), np.minimum(share, meets), np.where(steep, np.maximum(share, meets), share)
-        )
-        height = np.minimum(height - share * rise[:, None], 0.0)
-    return np.hypot(np.linalg.norm(off - share[..., None] * way[:, None], axis=-1), height)
