@@ -46,6 +46,11 @@ def iterate_parts(text: Text, start: int = 0, end: int | None = None) -> Iterato
         release_memory()
 
 
+def count_line(text: Text, at: int) -> int:
+    """Number of the line, from 1 on, in which the byte ``at`` of a text stands."""
+    return text.count(b"\n", 0, at) + 1
+
+
 def iterate_lines(text: Text) -> Iterator[bytes]:
     """Lines of a text without their ends, as splitting it gives them, but one by one."""
     begun: list[bytes] = []

@@ -32,6 +32,11 @@ def read_number(text: str) -> float:
     return value
 
 
+def round_half_away(value: float) -> float:
+    """The nearest whole number, halves away from zero as controls round."""
+    return math.copysign(math.floor(abs(value) + 0.5), value)
+
+
 def format_fixed(value: float, decimals: int) -> str:
     """A number with so many decimals, which is never minus zero: nobody can tell what would be negative."""
     text = f"{float(value):.{decimals}f}"

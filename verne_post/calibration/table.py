@@ -10,6 +10,7 @@ from dataclasses import replace
 from msgspec import Struct
 
 from verne_post.base.file_kinds import describe_kind
+from verne_post.base.long_text import count_line
 from verne_post.base.numbers import read_number as read_plain
 from verne_post.base.printable import join_names
 from verne_post.base.text_marks import decode_text
@@ -42,7 +43,7 @@ def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mista
     try:
         text = decode_text(raw)
     except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
+        line = count_line(raw, error.start)
         raise make_input_error("VP502", "not UTF-8 text; expected a CSV file", line=line) from None
     rows = _read_rows(text)
     if not rows:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Final, Literal, NamedTuple
 
-from verne_post.base.long_text import Text, take_line
+from verne_post.base.long_text import Text, count_line, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import (
     DIGITS_OF_KEYS,
@@ -357,7 +357,7 @@ def _find_misspelt_setting(source: Text, item: Finding, unset: str) -> Finding |
     suggested_name = (find_correction(item.message) or ("", ""))[1].lower()
     is_other = _OF_AXIS.sub("", near) == _OF_AXIS.sub("", right)
     if near in places and right not in places and not is_other and (near != suggested_name or count[right] > 1):
-        line, wrong = code.count(b"\n", 0, places[near].start()) + 1, decode_line(places[near][0])
+        line, wrong = count_line(code, places[near].start()), decode_line(places[near][0])
         message = f"{unset} has no value, and line {line} sets {wrong}, which nothing uses; write {unset} there"
         edit = Remedy(f"write {unset}", unset, line=line, misspelt=wrong, is_choice=not slip)
         return replace(item, message=message, edits=(edit,))

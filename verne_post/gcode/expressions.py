@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from operator import ne
 from typing import Final, Protocol
 
+from verne_post.base.numbers import round_half_away
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, MAY_BE_MEANT, find_meant, has_one_more
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError, close_here, write_words
@@ -345,7 +346,7 @@ class ValueReader:
                 f"{left:g} {operator} {right:g}: operands of bit operations are whole numbers from 0 to 4294967295",
                 begin,
             )
-        return (_round(left), _round(right)) if operator == "MOD" else (left, right)
+        return (round_half_away(left), round_half_away(right)) if operator == "MOD" else (left, right)
 
     def _read_function(self, name: str, begin: int) -> float:
         if self.characters[self.at : self.at + 1] != "[":
@@ -392,7 +393,7 @@ class ValueReader:
                 raise self.error(
                     "VP002", "ROUND in this word rounds to a step that controls choose; write the number", begin
                 )
-            return _round(argument * self._steps) / self._steps
+            return round_half_away(argument * self._steps) / self._steps
         try:
             return float((MACRO_FUNCTIONS if self._is_macro else FUNCTIONS)[name](argument))
         except OverflowError:
@@ -416,11 +417,6 @@ def find_operator(word: str) -> str:
         one for one in _WORDS if word in (one[1] + one[0] + one[2:], one[:1] + one[:0:-1]) or has_one_more(word, one)
     ]
     return near[0] if len(near) == 1 else ""
-
-
-def _round(value: float) -> float:
-    """Half away from zero."""
-    return math.copysign(math.floor(abs(value) + 0.5), value)
 
 
 def _turn_up(degrees: float) -> float:
@@ -454,7 +450,7 @@ FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
     "FIX": math.floor,
     "FUP": math.ceil,
     "LN": math.log,
-    "ROUND": _round,
+    "ROUND": round_half_away,
     "SIN": lambda x: math.sin(math.radians(x)),
     "SQRT": math.sqrt,
     "TAN": lambda x: math.tan(math.radians(x)),

@@ -4,7 +4,7 @@ import re
 
 from msgspec import Struct
 
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, count_line
 from verne_post.gcode.dialects import choose_dialect
 from verne_post.gcode.setup import Setup
 
@@ -49,7 +49,7 @@ def read_as_mm(source: Text, setup: Setup) -> tuple[InchWord, bytes] | None:
     if not found:
         return None
     begin, word, word_in_mm = found[0]
-    place = whole.count(b"\n", 0, begin) + 1, begin - whole.rfind(b"\n", 0, begin)
+    place = count_line(whole, begin), begin - whole.rfind(b"\n", 0, begin)
 
     def write_mm(match: re.Match[bytes]) -> bytes:
         if match[1] is None:

@@ -6,7 +6,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, count_line
 from verne_post.base.printable import make_printable_in_place
 from verne_post.model.findings import Finding, has_line, make_finding
 
@@ -120,7 +120,7 @@ def find_other_language(
         if is_own or dialect in (language.dialect, language.also) or (is_recognised and language.sign[:2] != rb"\A"):
             continue
         for match in re.finditer(language.sign, head, re.MULTILINE | re.IGNORECASE):
-            line = head.count(b"\n", 0, match.start()) + 1
+            line = count_line(head, match.start())
             if match.start() == 0 or any(has_line(item, line) for item in errors):
                 break
         else:

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Ints
-from verne_post.base.long_text import Text, decode_lines
+from verne_post.base.long_text import Text, count_line, decode_lines
 from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import ZERO_FOR_O, Block, build_block_of_words, read_block, refuse_zero
@@ -212,7 +212,7 @@ class ProgramText(ChunkedText):
         super().__init__(source, setup, name)
         self.language: type[Language] = language
         start = language.find_start(source)
-        self.first_line = source.count(b"\n", 0, start) + 1
+        self.first_line = count_line(source, start)
         self.opening, self.closing = _find_percent_lines(source, language, start)
 
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
@@ -276,7 +276,7 @@ class ProgramText(ChunkedText):
     def _refuse_zero(self, last: int) -> None:
         """Refuse (VP023) an O word before a line that begins with the digit 0: the structure lacks it."""
         for match in _ZERO_LINE.finditer(self.source):
-            line = self.source.count(b"\n", 0, match.start()) + 1
+            line = count_line(self.source, match.start())
             zero = ZERO_FOR_O.match("".join(match[1].decode("latin-1").split()))
             if zero is not None and self.first_line <= line < last:
                 error = refuse_zero(zero[1])
@@ -309,9 +309,9 @@ def _find_percent_lines(source: Text, language: type[Language], start: int) -> t
         return None, None
     first, after = None, start
     if opening is not None:
-        first, after = source.count(b"\n", 0, source.find(b"%", start)) + 1, opening.end()
+        first, after = count_line(source, source.find(b"%", start)), opening.end()
     pattern = re.compile(rb"^[ \t]*%" + language.percent + rb"$", re.MULTILINE)
-    line = source.count(b"\n", 0, after) + 1
+    line = count_line(source, after)
     for text in read_whole_lines(source, after):
         closing = pattern.search(text)
         if closing is not None:

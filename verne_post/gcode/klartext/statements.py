@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
+from verne_post.base.long_text import count_line
 from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.klartext.first_words import (
@@ -208,7 +209,7 @@ class KlartextText(ChunkedText):
         end_name, end_unit = _read_frame(ends[-1])
         differ = end_name.upper() != name.upper() or (end_unit[:2] != unit[:2] and end_unit)
         if begin is not None and end_name and differ:
-            number = self.source.count(b"\n", 0, ends[-1].start()) + 1
+            number = count_line(self.source, ends[-1].start())
             what = f"END PGM differs from BEGIN PGM in line {line}"
             if end_name.upper() == name.upper() and unit and end_unit:
                 yield (

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from verne_post.base.long_text import count_line
 from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import find_meant, list_near_numbers, name_numbers
 from verne_post.gcode.block import Block, OWord
@@ -445,7 +446,7 @@ class Flow:
             word = match[1].decode()
             if label not in _list_meant_numbers(word):
                 continue
-            line = source.count(b"\n", 0, match.start(1)) + 1
+            line = count_line(source, match.start(1))
             closing = self.calls.main.closing
             if closing is not None and line > closing:
                 text = f"line {line} has O{label}, but the % of line {closing} ends the text before it"

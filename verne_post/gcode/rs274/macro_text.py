@@ -8,7 +8,7 @@ from typing import Final, Literal
 
 from msgspec import Struct
 
-from verne_post.base.long_text import Text, iterate_lines
+from verne_post.base.long_text import Text, count_line, iterate_lines
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.block import read_setting, strip_comments
 from verne_post.gcode.expressions import NO_OPENING_BRACKET, TAKE_BRACKET, Key, ValueReader, Values
@@ -307,7 +307,7 @@ def _find_loops(source: Text, programs: Collection[int]) -> Loops:
         ends = [one for one in slips if source.count(b"\n", 0, one.start(1)) >= line and number.encode() in one[1]]
         if len(ends) != 1:
             raise ProgramError("VP023", text, line=line)
-        wrong, at = ends[0][1].decode(), source.count(b"\n", 0, ends[0].start(1)) + 1
+        wrong, at = ends[0][1].decode(), count_line(source, ends[0].start(1))
         edits = write_words(wrong, f"END{number}", line=at, is_choice=True)
         raise ProgramError("VP023", f"{text}; line {at} has {wrong}: write END{number} there", line=line, edits=edits)
     return loops

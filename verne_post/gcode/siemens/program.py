@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec import Struct, field
 
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, count_line
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_correction, find_meant
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
@@ -247,7 +247,7 @@ class SiemensText(ProgramText):
         found = list(re.finditer(_BARE_LABEL % name.encode(), self.source, re.IGNORECASE | re.MULTILINE))
         if len(found) != 1:
             return None
-        line = 1 + self.source.count(b"\n", 0, found[0].start())
+        line = count_line(self.source, found[0].start())
         edits = (Remedy(f"write {name}:", f"{name}:", line=line, way="marked"),)
         column = found[0].start(1) - found[0].start() + 1
         return ProgramError("VP001", f"{name}: a label ends with a colon; write {name}:", column, line, edits=edits)
@@ -257,7 +257,7 @@ class SiemensText(ProgramText):
         letters = rb"[ \t]*".join(re.escape(one.encode()) for one in name[:_LONGEST_NAME])
         pattern = rb"^[ \t]*+N?[\w \t]{0,12}?%b[ \t]*:(?!=)" % letters
         found = re.finditer(pattern, self.source, re.IGNORECASE | re.MULTILINE)
-        lines = (1 + self.source.count(b"\n", 0, one.start()) for one in found)
+        lines = (count_line(self.source, one.start()) for one in found)
         return [line for line in lines if split_line(self.read_line(line)).label is None]
 
     def find_misspelt_header(self, name: str) -> ProgramError | None:
@@ -267,17 +267,17 @@ class SiemensText(ProgramText):
         """
         for match in re.finditer(_LINE_WITH_NAME % name.encode(), self.source, re.IGNORECASE | re.MULTILINE):
             if find_meant_header(match[1].decode(errors="replace"), is_first=False) == f"%_N_{name}_SPF":
-                line = 1 + self.source.count(b"\n", 0, match.start())
+                line = count_line(self.source, match.start())
                 return refuse_header(decode_line(match[0]), f"%_N_{name}_SPF", line)
         above = re.search(_HEADER_ABOVE_PROC % name.encode(), self.source, re.IGNORECASE | re.MULTILINE)
         if above is not None and above[1].decode().upper() != name:
-            line = 1 + self.source.count(b"\n", 0, above.start())
+            line = count_line(self.source, above.start())
             wrong = f"%_N_{above[1].decode()}_SPF"
             message = f"{wrong}: the PROC line below it begins {name}; did you mean %_N_{name}_SPF?"
             return ProgramError("VP001", message, above.start(1) - above.start() - 3, line)
         proc = re.search(_PROC_LINE % name.encode(), self.source, re.IGNORECASE | re.MULTILINE)
         if proc is not None and self.find_section(name) is None:
-            line, right = 1 + self.source.count(b"\n", 0, proc.start()), f"%_N_{name}_SPF"
+            line, right = count_line(self.source, proc.start()), f"%_N_{name}_SPF"
             message = f"PROC {name}: no subprogram begins here without the line {right} before it; write that line"
             column = proc.start(1) - proc.start() + 1
             return ProgramError("VP001", message, column, line, edits=write_before(right, line=line))
@@ -321,7 +321,7 @@ class SiemensText(ProgramText):
         found = dict[int, tuple[str, int]]()
         for match in _LONE_WORD.finditer(self.source):
             if find_meant(match[1].decode().upper(), ["ELSE"], slip_alone=True):
-                line = 1 + self.source.count(b"\n", 0, match.start(1))
+                line = count_line(self.source, match.start(1))
                 found[line] = match[1].decode(), match.start(1) - match.start() + 1
         return found
 
@@ -343,7 +343,7 @@ class SiemensText(ProgramText):
         for match in _FIRST_WORD.finditer(self.source):
             word = match[1].decode()
             if message := self._explain_moved_blank(match, opening):
-                line = 1 + self.source.count(b"\n", 0, match.start(1))
+                line = count_line(self.source, match.start(1))
                 if begin < line < end:
                     raise ProgramError("VP001", message, match.start(1) - match.start() + 1, line=line)
             code, what = "VP002", "no meaning in this language"
@@ -357,7 +357,7 @@ class SiemensText(ProgramText):
                 one_word == opening or find_meant(one_word, [opening], slip_alone=True, least=least)
             ):
                 continue
-            line = 1 + self.source.count(b"\n", 0, match.start())
+            line = count_line(self.source, match.start())
             if begin < line < end:
                 message = f"{word}: {what}; did you mean {opening}?"
                 raise ProgramError(code, message, match.start(1) - match.start() + 1, line=line)
@@ -384,7 +384,7 @@ class SiemensText(ProgramText):
                 is_near[word] = word.upper() not in _STRUCTURE_WORDS and (
                     one_word == closing or bool(find_meant(one_word, [closing]))
                 )
-            line = 1 + self.source.count(b"\n", 0, match.start(1)) if is_near[word] else 0
+            line = count_line(self.source, match.start(1)) if is_near[word] else 0
             if begin < line and not 0 < end <= line:
                 right = closing if correction is None else correction[1]
                 return (Remedy(f"write {right}", right, line=line, misspelt=word),)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
+from verne_post.base.numbers import round_half_away
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.gcode.expressions import MAX_NESTING
 from verne_post.gcode.program_error import ProgramError
@@ -292,11 +293,6 @@ OPERATORS: Final[Mapping[str, Callable[[float, float], float]]] = {
     "B_OR": lambda a, b: _truncate(a) | _truncate(b),
     "B_XOR": lambda a, b: _truncate(a) ^ _truncate(b),
 }
-
-
-def round_half_away(value: float) -> float:
-    """ROUND, and what becomes of a number that is assigned to an INT."""
-    return math.copysign(math.floor(abs(value) + 0.5), value)
 
 
 FUNCTIONS: Final[Mapping[str, tuple[tuple[int, ...], Callable[..., float]]]] = {

@@ -4,6 +4,7 @@ from typing import Final, Protocol
 
 from msgspec import Struct, field
 
+from verne_post.base.numbers import round_half_away
 from verne_post.base.suggestions import (
     LETTERS_OF_FUNCTIONS,
     MAY_BE_MEANT,
@@ -23,7 +24,7 @@ from verne_post.gcode.siemens.slips import (
     refuse_no_value,
     refuse_no_word,
 )
-from verne_post.gcode.siemens.values import FUNCTIONS, Index, Names, Value, read_indices, read_value, round_half_away
+from verne_post.gcode.siemens.values import FUNCTIONS, Index, Names, Value, read_indices, read_value
 from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS, TYPES, VALUE_MODES
 
 #: What other languages call them.
