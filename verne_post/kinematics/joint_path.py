@@ -106,12 +106,12 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
 
     def _follow_turns(self, element: Ints, w: Array, q: Array) -> None:
         """Put the turning joint of a wrist on a carrier, in q (n, n_joints), on the turn to which its way leads."""
-        if self._is_carrying:
+        if self.is_carrying:
             place, turn = self._turns
             q[:, -1] += 2 * np.pi * np.round((np.interp(element + w, place, turn) - q[:, -1]) / (2 * np.pi))
 
     @cached_property
-    def _is_carrying(self) -> bool:
+    def is_carrying(self) -> bool:
         """Whether the machine's wrist is on a carrier; asking takes as long as solving a hundred poses."""
         return isinstance(self.machine.five_axis, Carrying)
 

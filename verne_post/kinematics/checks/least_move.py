@@ -21,7 +21,7 @@ from verne_post.kinematics.checks.line_measures import (
     find_solvable,
     iterate_measures,
     list_samples,
-    measure_each,
+    measure_around,
     measure_solved,
     shift_line,
     solve_samples,
@@ -206,14 +206,12 @@ def _linearise(problem: MoveProblem, at: Array, there: JointPath, solved: Solved
     )
     tip, angles = problem.move_part(at).pose(line.contour, element[row], w[row])
     rates = line.machine.five_axis.find_jacobian(tip, angles, line.contour.find_tool_lengths(element[row]))[..., :3]
-    slope = np.empty((len(checks), len(problem.basis)))
     column = np.array([check.quantity for check in checks])
-    for axis, direction in enumerate(problem.basis):
-        step = DIFFERENCE_MM * direction
-        ends = (problem.move_part(at + step), problem.move_part(at - step))
-        plus, minus = (measure_each(end, element[row], w[row], column) for end in ends)
-        with np.errstate(invalid="ignore"):  # infinite beside the table
-            slope[:, axis] = (plus - minus) / (2 * DIFFERENCE_MM)
+    steps = DIFFERENCE_MM * problem.basis
+    ends = np.concatenate([at + steps, at - steps])
+    plus, minus = np.split(measure_around(line, ends, problem.end_only, element[row], w[row], column), 2)
+    with np.errstate(invalid="ignore"):  # infinite beside the table
+        slope = ((plus - minus) / (2 * DIFFERENCE_MM)).T
     for k, check in enumerate(checks):
         if check.quantity < len(line.machine.actuators):
             slope[k] = problem.basis @ rates[k, check.quantity] * (w[row[k]] if problem.end_only else 1.0)

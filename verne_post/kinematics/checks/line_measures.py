@@ -100,6 +100,25 @@ def measure_each(line: JointPath, element: Ints, w: Array, quantity: Ints) -> Ar
     return np.where(quantity == first, _find_heights(line, element, solved), value)
 
 
+def measure_around(line: JointPath, shifts: Array, end_only: bool, element: Ints, w: Array, quantity: Ints) -> Array:
+    """:func:`measure_each` of n points with the part, or the end alone, moved by each of ``shifts`` (m, 3): (m, n)."""
+    values = np.empty((len(shifts), len(w)))
+    first = len(line.machine.columns) + len(line.machine.margins)
+    bodies = (quantity >= first) & (
+        quantity < first + sum(len(one.names) for one in list_clearances(line, meshes=True))
+    )
+    # bodies stand elsewhere for each of the moves, and a wrist follows its way along the whole line
+    alone = np.ones(len(w), dtype=bool) if line.is_carrying else bodies
+    if alone.any():
+        some = element[alone], w[alone], quantity[alone]
+        values[:, alone] = [measure_each(shift_line(line, shift, end_only), *some) for shift in shifts]
+    if not alone.all():
+        many = (np.tile(one[~alone], len(shifts)) for one in (element, w, quantity))
+        there = replace(line, pose=_MovedPose(line, np.repeat(shifts, np.count_nonzero(~alone), axis=0), end_only))
+        values[:, ~alone] = measure_each(there, *many).reshape(len(shifts), -1)
+    return values
+
+
 def _find_heights(line: JointPath, element: Ints, solved: Solved) -> Array:
     """Height (n,) of tip and gauge line over the table face, inf beside it."""
     tool = line.contour.find_tool_lengths(element)

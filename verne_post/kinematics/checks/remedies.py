@@ -302,13 +302,18 @@ def _list_moves(problem: MoveProblem, start: Array) -> Iterator[Array | None]:
     for reserve in RESERVES:
         on_the_way, is_nearest = find_end_on_the_way(problem, reserve) if problem.end_only else (None, False)
         least = None if is_nearest else find_least_move(problem, start, reserve)
-        yield min((one for one in (least, on_the_way) if one is not None), key=np.linalg.norm, default=None)
+        found = [one for one in (least, on_the_way) if one is not None]
+        if not found and len(problem.basis) > 1:  # what does not keep this reserve keeps no larger one
+            break
+        yield min(found, key=np.linalg.norm, default=None)
     if not problem.end_only:
         starts = [start + sign * BESIDE_MM * problem.basis.sum(axis=0) for sign in (1.0, -1.0)]  # aside in every way
         solvable = [there for there in starts if solve_samples(problem.move_part(there)) is not None]
         for reserve in RESERVES:
-            around = (find_least_move(problem, there, reserve) for there in solvable)
-            yield min((one for one in around if one is not None), key=np.linalg.norm, default=None)
+            around = [one for there in solvable if (one := find_least_move(problem, there, reserve)) is not None]
+            if not around and len(problem.basis) > 1:  # what does not keep this reserve keeps no larger one
+                break
+            yield min(around, key=np.linalg.norm, default=None)
     along: Array | None = None
     for reserve in RESERVES if problem.end_only else ():  # a moved part has other directions to go to
         along = find_move_along(problem, reserve)
