@@ -186,8 +186,11 @@ class ClearanceModel(Protocol):
     def slack(self) -> float:
         """A margin may be below its threshold by this, mm: the resolution of the check."""
 
-    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
-        """Margins (n, m), and by group the points (n, p, 3) whose motion bounds their change."""
+    def evaluate(self, pose: Pose, *, least_only: bool = False) -> tuple[Array, dict[str, Array]]:
+        """Margins (n, m), and by group the points (n, p, 3) whose motion bounds their change.
+
+        With ``least_only`` the least of each margin has to be right, and the others no smaller: that is faster.
+        """
 
 
 class WholeSolution(Struct, frozen=True):

@@ -17,7 +17,7 @@ from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.interpreter import Rs274
-from verne_post.gcode.rs274.run import execute_blocks
+from verne_post.gcode.rs274.run import execute_blocks, note_missing_unit
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import Rs274Keys, read_keys
@@ -116,7 +116,11 @@ def _make_initial_state(setup: Setup) -> State:
 
 
 def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
-    return execute_blocks(source, setup, state, stop, FLAVOURS[_read_keys(setup).flavour])
+    keys = _read_keys(setup)
+    execution = execute_blocks(source, setup, state, stop, FLAVOURS[keys.flavour])
+    if setup.machine and stop == StopConditions() and not keys.units and keys.flavour != "grbl":  # that begins in mm
+        note_missing_unit(execution, source, "rs274", only_fine=True)
+    return execution
 
 
 #: No header shows this dialect: it is the default.

@@ -33,7 +33,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.splines import BSpline, cut_spline
 from verne_post.model.findings import Remedy
-from verne_post.model.moves import AXES, ArcFeed, FeedMode, MoveKind, PathControl, PathMode, TablePlace
+from verne_post.model.moves import AXES, ArcFeed, FeedMode, Frame, MoveKind, PathControl, PathMode, TablePlace
 from verne_post.model.plausibility import PLAUSIBLE, compare
 
 _X, _Y, _Z = 0, 1, 2
@@ -290,6 +290,8 @@ class Machining:
         ] = {}  #: G0, arc (G2, G3), G91, plane, length: where the word that is in force stands.
         self.warns_of_idle_feed = True  #: Until the first.
         self.doubts_rapid_feeds = True  #: Until F stands beside G0 with X or Y.
+        #: Frame, rotary words and axis of the program at which the tool last pointed along that axis.
+        self._upright: tuple[Frame | None, list[float], int] = None, [], 2
 
     # --- what must be known, and what must not be -----------------------------------------------------
 
@@ -312,10 +314,13 @@ class Machining:
 
     def find_tilted_tool(self, axis: int = 2) -> str | None:
         """The tool axis in words where it does not point along Z, or another axis of the program; else None."""
-        tool = self.setup.coordinates.find_tool_axis(self.state.position, self.state.frame)
-        if tool is None or tool[axis] >= 1.0 - DRILL_TILT:
+        frame, words = self.state.frame, self.state.position[3:]
+        if frame is self._upright[0] and (words, axis) == self._upright[1:]:
             return None
-        frame = self.state.frame
+        tool = self.setup.coordinates.find_tool_axis(self.state.position, frame)
+        if tool is None or tool[axis] >= 1.0 - DRILL_TILT:
+            self._upright = frame, words, axis
+            return None
         machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), frame)
         angles = " ".join(_spell_angle(AXES[one], round(float(machine[one]), 3) + 0.0) for one in self.setup.rotary)
         plane = " of the plane" if self.recorder.name_plane("") else ""

@@ -52,7 +52,6 @@ from verne_post.gcode.rs274.fanuc_offsets import FanucOffsets
 from verne_post.gcode.rs274.fanuc_planes import FanucPlanes
 from verne_post.gcode.rs274.fanuc_points import (
     INCREMENT,
-    find_length_without_unit,
     find_lines_without_point,
     find_mixtures,
     find_unrounded,
@@ -80,7 +79,7 @@ from verne_post.gcode.rs274.macro_calls import (
 from verne_post.gcode.rs274.macro_text import ARGUMENTS, explain_misspelt, read_statement
 from verne_post.gcode.rs274.modes import NO_MAPS
 from verne_post.gcode.rs274.nurbs import NurbsCodes
-from verne_post.gcode.rs274.run import execute_blocks
+from verne_post.gcode.rs274.run import execute_blocks, note_missing_unit
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import read_whole
 from verne_post.gcode.setup import Setup
@@ -97,10 +96,6 @@ _SIDES: Final = {410, 420}
 _END_OF_SIDE: Final = 400
 _CUTS: Final = (10, 20, 30)
 _UNITS: Final = (_INCH, 210)
-_NO_UNIT: Final = (
-    "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or "
-    'that its setting says; write the code, or [fanuc] units = "mm" or "inch" in verne-post.toml'
-)
 _NO_MOTION: Final = (
     '; where a control begins with one, parameter 3402 says which: [fanuc] motion = "G0" or "G1" in verne-post.toml'
 )
@@ -669,6 +664,6 @@ def execute_fanuc(source: Text, setup: Setup, state: State, stop: StopConditions
         for number, found in enumerate(mixtures):  # several files may be called in one line
             place = found.line or 1 if found.column is not None else -number
             recorder.warnings[place, found.code] = found
-        if not keys.units and (line := find_length_without_unit(source)):
-            execution.recorder.note_once("VP039", _NO_UNIT, line)
+        if not keys.units:
+            note_missing_unit(execution, source, "fanuc")
     return execution

@@ -37,6 +37,8 @@ _BARE: Final = re.compile(
 #: A word whose value is computed.
 _COMPUTED_WORD: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*+[+-]?+[ \t]*+[#\[]", re.IGNORECASE)
 _UNIT: Final = re.compile(_SILENT + rb"|(G[ \t]*0*2[ \t]*[01])(?![0-9.])", re.IGNORECASE | re.MULTILINE)
+#: A length with so many decimals as programs in inches have.
+_FINE: Final = re.compile(_SILENT + rb"|(?<![A-Z])([XYZ])[ \t]*+[+-]?+[0-9]*+\.[0-9]{4}", re.IGNORECASE | re.MULTILINE)
 _DWELL: Final = re.compile(rb"G0*4(?![0-9.])", re.IGNORECASE)
 _REMARK: Final = re.compile(rb"\([^)\n]*\)?|;.*")
 #: Codes beside which I, J and K are angles, unless they are the directions of P3; and those beside which R is one.
@@ -110,11 +112,15 @@ def _has_unit(source: Text) -> bool:
     return any(match[1] is not None for text in read_whole_lines(source) for match in _UNIT.finditer(text))
 
 
-def find_length_without_unit(source: Text) -> int | None:
-    """Line of the first X, Y or Z of a program that has neither G20 nor G21; None where it has one, or no lengths."""
+def find_length_without_unit(source: Text, *, only_fine: bool = False) -> int | None:
+    """Line of the first X, Y or Z of a program that has neither G20 nor G21; None where it has one, or no lengths.
+
+    With ``only_fine`` a length counts that has four decimals.
+    """
     if _has_unit(source):
         return None
-    found = [next(_find_words(source, pattern, b"XYZ"), None) for pattern in (_POINTED_WORD, _BARE)]
+    patterns = (_FINE,) if only_fine else (_POINTED_WORD, _BARE)
+    found = [next(_find_words(source, pattern, b"XYZ"), None) for pattern in patterns]
     return min((place[0] for place in found if place is not None), default=None)
 
 

@@ -17,6 +17,7 @@ from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
 from verne_post.gcode.program_error import CHECK_CALLER, IS_SUBPROGRAM, ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.rs274.fanuc_points import find_length_without_unit
 from verne_post.gcode.rs274.flow import Flow
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.letterless import find_divided
@@ -46,6 +47,17 @@ def execute_blocks(source: Text, setup: Setup, state: State, stop: StopCondition
     recovery = None if stop.first_error else Recovery(interpreter)
     run = _BlockRun(Flow(main, interpreter), recovery, past_errors=stop.past_errors)
     return run_program(run, execution, setup, stop)
+
+
+def note_missing_unit(execution: Execution, source: Text, dialect: str, *, only_fine: bool = False) -> None:
+    """A note (VP039) about a program with lengths, or with such as programs in inches have, and neither G20 nor G21."""
+    if line := find_length_without_unit(source, only_fine=only_fine):
+        text = (
+            "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force "
+            f'before, or that its setting says; write the code, or [{dialect}] units = "mm" or "inch" in '
+            "verne-post.toml"
+        )
+        execution.recorder.note_once("VP039", text, line)
 
 
 def _find_last_start(text: ProgramText) -> tuple[int, str] | None:

@@ -91,7 +91,7 @@ class Clearance:
                     ]
         return listed
 
-    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
+    def evaluate(self, pose: Pose, *, least_only: bool = False) -> tuple[Array, dict[str, Array]]:
         """Margins, and the points whose motion bounds their change.
 
         Returns

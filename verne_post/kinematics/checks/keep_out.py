@@ -179,14 +179,16 @@ class KeepOut:
         kept = dict.fromkeys(one for body, one in self.pairs if _find_kind(body, one, self.moving) == kind)
         return KeepOut(tuple(kept), self.moving, self.entering, (kind,))
 
-    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
+    def evaluate(self, pose: Pose, *, least_only: bool = False) -> tuple[Array, dict[str, Array]]:
         """Margins (n, m) of poses, and by group the points (n, p, 3), table frame, whose motion bounds their change.
 
         Those from meshes are no bounds: points of the surface have them.
         """
         bars, points = self.moving.place(pose)
         meshes = {
-            one.name: measure_distances(one.mesh, one.middle, one.turn, self.moving, pose, one.distance + NEAR_MM)
+            one.name: measure_distances(
+                one.mesh, one.middle, one.turn, self.moving, pose, one.distance + NEAR_MM, least_only=least_only
+            )
             for one in self.obstacles
             if one.mesh is not None
         }

@@ -18,6 +18,9 @@ from verne_post.model.contour import Contour
 #: Samples of an element among which the worst place is sought first; 64 parts of a line bring the grid's own error
 #: below the reserves.
 GRID: Final = np.linspace(0.0, 1.0, 65)
+#: A line of many elements, such as a cycle with pecks, has about so many samples, and of an element at least these.
+MOST_SAMPLES: Final = 650
+FEWEST: Final = 5
 
 
 class _MovedPose(Struct, frozen=True):
@@ -65,7 +68,10 @@ def list_checks(line: JointPath) -> list[Check]:
 
 
 def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
-    """Joints, margins, clearances and height over the table face (inf beside it) of points: (n, m), NaN unsolved."""
+    """Joints, margins, clearances and height over the table face (inf beside it) of points: (n, m), NaN unsolved.
+
+    The least of each clearance is right; others may be lower bounds that are no smaller.
+    """
     solved = line.solve(element, w)
     return measure_solved(line, element, solved), solved
 
@@ -80,7 +86,7 @@ def iterate_measures(line: JointPath, element: Ints, solved: Solved) -> Iterator
     yield solved.q
     yield line.find_margins(solved)
     for model in list_clearances(line, meshes=True):
-        yield model.evaluate(line.place_bodies(element, solved))[0]
+        yield model.evaluate(line.place_bodies(element, solved), least_only=True)[0]
     yield _find_heights(line, element, solved)[:, None]
 
 
@@ -134,7 +140,8 @@ def _find_heights(line: JointPath, element: Ints, solved: Solved) -> Array:
 def list_samples(line: JointPath) -> tuple[Ints, Array]:
     """Element and parameter (n,) of the samples of a line."""
     n = len(line.contour)
-    return np.repeat(np.arange(n), len(GRID)), np.tile(GRID, n)
+    grid = np.linspace(0.0, 1.0, int(np.clip(MOST_SAMPLES // n, FEWEST, len(GRID))))
+    return np.repeat(np.arange(n), len(grid)), np.tile(grid, n)
 
 
 def solve_samples(line: JointPath) -> Solved | None:

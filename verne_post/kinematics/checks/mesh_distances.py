@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.moving import FAR_MM, Moving
@@ -23,10 +23,12 @@ _APART_MM: Final = 2.0
 _MOST_POINTS: Final = 6000
 #: Neighbouring points that are held against a pose together first, and neighbouring groups of them before that.
 _CLUSTER: Final = 16
+#: Pairs of balls and poses that are looked into together, the nearest first: what they find leaves few others.
+_AT_A_TIME: Final = 1 << 8
 
 
 def measure_distances(
-    mesh: Mesh, middle: Array, turn: float, moving: Moving, pose: Pose, near: float
+    mesh: Mesh, middle: Array, turn: float, moving: Moving, pose: Pose, near: float, *, least_only: bool
 ) -> dict[str, Array]:
     """Signed distances (n,) of bodies at poses from a mesh, mm.
 
@@ -38,6 +40,8 @@ def measure_distances(
         By how much it is turned about the table's normal, rad.
     near : float
         Larger distances are lower bounds, mm.
+    least_only : bool
+        Of each body the least distance is right, and the others are no smaller.
     """
     found = {body: np.full(len(pose.q), FAR_MM) for body in moving.known}
     for one in moving.carry(pose):
@@ -47,7 +51,10 @@ def measure_distances(
                 if piece.part in found:
                     own = found[piece.part]
                     # of the next piece only what is nearer counts
-                    least = _find_least(piece, tip, axis, _sample(mesh), np.minimum(own[rows], near))
+                    if least_only:
+                        least = _find_least_of_all(piece, tip, axis, _sample(mesh), min(float(own.min()), near))
+                    else:
+                        least = _find_least(piece, tip, axis, _sample(mesh), np.minimum(own[rows], near))
                     own[rows] = np.minimum(own[rows], least)
     return found
 
@@ -103,3 +110,35 @@ def _find_least(piece: Piece, tip: Array, axis: Array, balls: list[tuple[Array, 
         row, ball, lower = take(np.flatnonzero(lower < sought[row]), row, ball, lower)
     np.minimum.at(least, row, lower)
     return least
+
+
+def _find_least_of_all(piece: Piece, tip: Array, axis: Array, balls: list[tuple[Array, Array]], near: float) -> Array:
+    """As :func:`_find_least`, where only the least (n,) of all poses has to be right: others are no smaller."""
+    least, at = near, -1
+
+    def seek(row: Ints, ball: Ints, level: int) -> Array:
+        """Lower bounds (m,) of pairs of poses and balls; what is nearer than the least so far is looked into."""
+        nonlocal least, at
+        centre, radius = balls[level]
+        lower = look(piece, centre[ball], tip[row], axis[row]).phi - radius[ball]
+        if level == len(balls) - 1:
+            best = int(lower.argmin())
+            if lower[best] < least:
+                least, at = float(lower[best]), int(row[best])
+            return lower
+        order = np.argsort(lower)
+        for first in range(0, len(order), _AT_A_TIME):
+            some = order[first : first + _AT_A_TIME]
+            some = some[lower[some] < least]
+            if not len(some):
+                break
+            pair, child = number_parts(np.minimum(_CLUSTER, len(balls[level + 1][0]) - _CLUSTER * ball[some]))
+            seek(row[some][pair], _CLUSTER * ball[some][pair] + child, level + 1)
+        return lower
+
+    n, count = len(tip), len(balls[0][0])
+    bounds = seek(np.repeat(np.arange(n), count), np.tile(np.arange(count), n), 0).reshape(n, count).min(axis=1)
+    bounds = np.maximum(bounds, np.nextafter(least, np.inf))
+    if at >= 0:
+        bounds[at] = least
+    return bounds

@@ -25,7 +25,6 @@ from verne_post.kinematics.checks.least_move import (
     find_start,
 )
 from verne_post.kinematics.checks.line_measures import (
-    GRID,
     list_checks,
     list_samples,
     measure,
@@ -121,7 +120,7 @@ def find_worst_places(line: JointPath, checks: list[Check]) -> list[tuple[Place,
             places.append(None)
             continue
         at = int(np.nanargmin(series))
-        here, centre, half = int(element[at]), float(w[at]), float(GRID[1])
+        here, centre, half = int(element[at]), float(w[at]), float(w[1])
         value = float(series[at])
         for _ in range(ZOOMS):
             near = np.clip(np.linspace(centre - half, centre + half, 65), 0.0, 1.0)
