@@ -43,7 +43,7 @@ _OF_WORDS: Final = ("VP004", "VP007", "VP038", "VP044")
 _OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 #: So many blocks are repeated after an error, which may have left a loop without an end.
 _MOST_REPEATS: Final = 100_000
-#: So many errors are tried with the other side of the contour, each by reading the program again.
+#: So many errors are tried with the other side of the contour, or another diameter, each by reading the program again.
 _MOST_SIDES: Final = 3
 #: Of arcs, as edits have them: no side of a contour.
 _SENSES: Final = ("2", "3", "DR+", "DR-")
