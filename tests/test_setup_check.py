@@ -721,6 +721,12 @@ M30
 """
 
 
+AGAIN = (
+    "T1 in line 11 only selects the tool that is in the spindle, and D1 beside T waits for M6; write D1 in a block "
+    "without T, or M6 after T1"
+)
+
+
 @pytest.mark.parametrize(
     ("change", "low", "wanted"),
     [
@@ -730,6 +736,8 @@ M30
             -20,
             ("VP034", 13, "from line 10 on its length is not in force, and no block since then calls a tool or a"),
         ),
+        ("T1 D1\n", -20, ("VP034", 14, f"{AGAIN}, or the rapid in machine coordinates (SUPA)")),
+        ("T1 D1\n", 95, ("VP034", 15, f"it comes 90 mm too deep; {AGAIN}, or give it the length 0")),
     ],
 )
 def test_a_rapid_without_length_has_the_cause_that_the_change_lacks(change, low, wanted) -> None:
@@ -739,6 +747,9 @@ def test_a_rapid_without_length_has_the_cause_that_the_change_lacks(change, low,
     (item,) = check(SWITCHED.format(change, low), "verne", options).findings
     assert (item.code, item.line, item.severity) == (*wanted[:2], "error")
     assert wanted[2] in item.message
+    for right in ("T1 D1\nD1\n", "T1 M6\nD1\n") if AGAIN in item.message else ():  # as the edits write it
+        assert check(SWITCHED.format(right, 95), "verne", options).findings == ()
+        assert [one.value for one in item.edits] == ["D1", "M6"]
 
 
 CUTTERS = {4: tool(4, 80.0), 5: vp.Tool(5, 5, tool(5, 80.0).offset, 12.0), 25: vp.Tool(25, 25, (0.0,) * 9, 11.8, "s")}

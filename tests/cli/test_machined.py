@@ -417,6 +417,22 @@ SETUP = (
 )
 
 
+def test_a_gouge_beside_a_contour_asks_for_the_side_of_its_compensation(files, run):
+    Path("part.nc.toml").write_text(SETUP, encoding="utf-8")
+    Path("part.stl").write_bytes(plate(0.3))
+    head = "G21 G90 G94\nT1 M6\nM3 S1000 G43 H1\nG0 X-25 Y-20 Z10 A0 C0\nG1 Z0 F6000\n"
+    for entry, end, side in (
+        ("G41 D1 ", "G40 ", ". Check the side of the cutter compensation, G41 of line 6"),
+        *[("",) * 3],
+    ):
+        Path("part.nc").write_text(f"{head}{entry}X-15 Y-4\nX15\n{end}Y-20\nG0 Z30\nM2\n", encoding="utf-8")
+        (found,) = (item for item in vp.check(Path("part.nc"), "verne").findings if item.code == "VP218")
+        assert found.remedy == (
+            f"Compare tool, tool length and work offset with those at the machine{side}. If they are right, change the "
+            "motion at the line and place of the message."
+        )
+
+
 def test_a_part_of_the_set_up_is_compared_without_more_words(files, run):
     """`check`, `convert`, `batch`, `report` and Python say the same of the part: clear, then gouged at the line that
     does it.

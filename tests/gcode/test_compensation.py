@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
+import verne_post as vp
 from verne_post.model.moves import MoveKind
 
 SETTINGS = settings(max_examples=60, deadline=None, database=None, derandomize=True)
@@ -252,6 +253,47 @@ def test_a_swapped_side_and_a_swapped_sense_are_told_apart(view, dialect, words,
     assert said == ([text] if question else [])
     right = re.search(r"G([234]1?)|R[LR]|DR-", question)
     assert [one.value for item in found for one in item.edits] == ([right[1] or right[0]] if right else [])
+
+
+@pytest.mark.parametrize(
+    ("remark", "cutter", "doubt"),
+    [
+        ("(A)", 3.0, "; but its cutter among the tool shapes is 3 mm thick: with 3 mm the tool fits: "),
+        ("(T1 D=3. FLAT END MILL)", 6.1, "; but the program's remark in line 1 names 3 mm: with 3 mm the tool fits: "),
+        (
+            "(T1 D=3. FLAT END MILL)",
+            3.0,
+            "; but its cutter among the tool shapes is 3 mm thick and the program's remark in "
+            "line 1 names 3 mm: with 3 mm the tool fits: ",
+        ),
+        ("(A)", 8.0, "; but its cutter among the tool shapes is 8 mm thick: "),
+        ("(T1 D=6. FLAT END MILL)", 6.1, None),
+    ],
+)
+def test_another_diameter_of_the_tool_is_told_and_no_other_side(view, remark, cutter, doubt):
+    text = f"{remark}\n{ROUNDED['fanuc'].format(side='G42', sense='G2', at='R2.')}"
+    shapes = {1: (vp.Cylinder("cutter", cutter, 20.0), vp.Cylinder("holder", 30.0))}
+    (found,) = view(text, dialect="fanuc", tool_shapes=shapes)[1]
+    said = "tool 1 (diameter 6 mm) is too wide for this arc, whose radius is 2 mm"
+    side = ": with G41 in line 4 the tool fits: is the side right?"
+    assert found.message == (said + side if doubt is None else f"{said}{doubt}which diameter is right?")
+    assert bool(found.edits) == (doubt is None)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "side", "sense"),
+    [
+        ("fanuc", "G42", "R2."),
+        ("siemens", "G42", "CR=2"),
+        ("heidenhain", "RR", "CR X+2 Y+30 R+2 DR-"),
+    ],
+)
+def test_no_other_side_is_proposed_where_the_entry_move_comes_from_this_one(view, dialect, side, sense):
+    """With the other one it would cross the contour."""
+    text = ROUNDED[dialect].format(side=side, sense="G2", at=sense, mirror="")
+    for start, is_proposed in (("X-20", True), ("X20", False), ("X+20", False)):
+        found = [one for one in view(text.replace("X-20", start), dialect=dialect)[1] if one.code == "VP026"]
+        assert [bool(one.edits) for one in found] == [is_proposed]
 
 
 @pytest.mark.parametrize("side", ["G41", "G42"])

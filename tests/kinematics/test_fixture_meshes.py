@@ -257,6 +257,35 @@ def test_fixtures_that_are_smaller_than_any_in_all_are_doubted(fixtures: list[Bo
         assert item.message.endswith(says)
 
 
+#: A vise of 110 x 130 x 84 mm in inches, and a clamp in mm beside the stock on it.
+VISE_INCH = ((-2.165, -2.559, 0.0), (2.165, 2.559, 3.307))
+BESIDE = ((-65.0, -8.0, 80.0), (-40.0, 8.0, 100.0))
+
+
+@pytest.mark.parametrize(
+    ("fixture", "is_doubtful"),
+    [
+        (mesh_of(*VISE_INCH, "vise"), True),
+        (mesh_of(*VISE_INCH, "vise", unit="inch"), False),
+        (mesh_of((-55.0, -65.0, 0.0), (55.0, 65.0, 84.0), "vise"), False),
+        (mesh_of((1.6, -0.3, 3.3), (2.4, 0.3, 3.9), "second clamp"), True),
+        (mesh_of((42.0, -0.3, 80.0), (44.0, 0.3, 90.0), "second clamp"), False),
+        (mesh_of((90.0, 20.0, 0.0), (110.0, 40.0, 25.0), "probe stand"), False),
+        (mesh_of((-6.0, -6.0, 0.0), (6.0, 6.0, 20.0), "pin below"), False),  # it would go through the stock
+        (mesh_of((-40.0, -4.0, 60.0), (-16.0, 4.0, 69.0), "parallel"), False),
+        (mesh_of((-1.0, -1.0, -9.0), (1.0, 1.0, 0.0), "nut"), False),
+    ],
+)
+def test_each_fixture_that_would_touch_the_stock_in_inches_is_doubted(fixture: FixtureMesh, is_doubtful: bool) -> None:
+    stock = Box("the stock", (-40.0, -20.0, 80.0), (40.0, 20.0, 100.0))
+    found = check(PAST.replace("Z30", "Z90"), keep_out=(fixture, Box("clamp", *BESIDE)), stock=stock)
+    told = [item.message for item in found if item.code == "VP505" and "keep_out" in item.message]
+    assert len(told) == is_doubtful
+    for message in told:
+        assert message.startswith(f"keep_out.{fixture.name}.unit: read in mm, it is ")
+        assert message.endswith('mm large and touch it: did you mean unit = "inch"?')
+
+
 #: A clamp with its z from the part, beside what cuts at z 30 of the table; the part zero is at z 100.
 CLAMP = ((60.0, -10.0, -20.0), (85.0, 10.0, 12.0))
 ABOVE = {"G54": (0.0, 0.0, 100.0)}

@@ -3,12 +3,14 @@
 Nothing of the planner is used: only the rows, the machine's forward kinematics, and the tools of the program's lines.
 """
 
+import dataclasses
 from bisect import bisect_left
 from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.app.result import Progress
@@ -16,8 +18,9 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_body
 from verne_post.kinematics.checks.moving import build_spindle
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
-from verne_post.model.moves import find_tool_of_moves
+from verne_post.model.moves import Moves, find_tool_of_moves
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, NominalPart, Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.part.bodies import Piece, build_pieces, check_tool
@@ -118,7 +121,21 @@ def judge_rows(
             found += [] if mesh.open_edges else _find_starts_inside(mesh, motions, "VP218")
         judged += both if datum == "table" else both[::-1]
     findings, spots = list_findings(judged[0]) if judged else ([], [])
+    by_id = {id(one): _name_side(one, program.moves) for one in findings}
+    findings = [by_id[id(one)] for one in findings]
+    spots = [replace(one, finding=by_id.get(id(one.finding), one.finding)) for one in spots]
     return Machined(tuple(judged), tuple(contacts), (*found, *findings), tuple(notes), tuple(spots))
+
+
+def _name_side(found: Finding, moves: Moves) -> Finding:
+    """A gouge in a line under cutter compensation, with its side as one more thing to check."""
+    line = found.worst_line or found.line or 0
+    for (first, last), word in moves.compensated_lines.items() if found.code == "VP218" else ():
+        if first <= line <= last:
+            compare_first, _end, rest = CODES["VP218"].remedy.partition(". ")
+            advice = f"{compare_first}. Check the side of the cutter compensation, {word}. {rest}"
+            return dataclasses.replace(found, advice=advice)
+    return found
 
 
 def _check_surface(mesh: Mesh) -> list[str]:

@@ -6,10 +6,13 @@ Lengths in mm, angles in rad, times in s, unless the name says otherwise.
 
 from typing import Final
 
-# --- places on the table -------------------------------------------------------------------
+# --- places on the table, and tools --------------------------------------------------------
 
 #: A work offset of the program that differs from the given one by less is the same, mm: noise of two sums.
 OFFSET_NOISE: Final = 1e-9
+
+#: A cutter may be thinner or thicker than the tool table says by this, mm: wear, and sizes as measured.
+DIAMETER_SLACK_MM: Final = 0.2
 
 # --- what counts as no motion ------------------------------------------------------------
 

@@ -12,8 +12,9 @@ from msgspec import structs
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_word_of
 from verne_post.base.suggestions import find_correction
+from verne_post.base.tolerances import DIAMETER_SLACK_MM
 from verne_post.gcode.dialect import Dialect
-from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
+from verne_post.gcode.dialects import DIALECTS, choose_dialect, choose_dialect_name, name_dialect
 from verne_post.gcode.execution import MAX_ERRORS, Execution, LineTrace, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
@@ -23,12 +24,14 @@ from verne_post.gcode.mistyped import UNREADABLE, say_what_is_meant
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.program_error import IS_SUBPROGRAM
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.remarked_diameters import list_remarked_diameters
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
 from verne_post.gcode.subprograms import explain_subprogram, has_own_tool, keep_one
 from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Finding, InputError, Remedy
 from verne_post.model.moves import Frame, Moves
+from verne_post.model.part_setup import describe_tool_number, list_setup_names
 
 #: Codes of errors about words that another dialect may have.
 _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
@@ -40,10 +43,13 @@ _OF_WORDS: Final = ("VP004", "VP007", "VP038", "VP044")
 _OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 #: So many blocks are repeated after an error, which may have left a loop without an end.
 _MOST_REPEATS: Final = 100_000
-#: So many errors are tried with the other side of the contour, each by reading the program again.
+#: So many errors are tried with the other side of the contour, or another diameter, each by reading the program again.
 _MOST_SIDES: Final = 3
 #: Of arcs, as edits have them: no side of a contour.
 _SENSES: Final = ("2", "3", "DR+", "DR-")
+#: The tool that an error is about, and its diameter.
+_WIDTH: Final = re.compile(r"(tool (?:\d++|\"[^\"]*+\")(?: \"[^\"]*+\")?) \(diameter (\S++) mm\)")
+_CORRECT_DIAMETER: Final = "Correct the diameter in the set-up or the tool table, in the tool shapes, or in the remark."
 
 
 def interpret_program(source: Text, setup: Setup) -> Moves:
@@ -200,7 +206,8 @@ def _try_other_side(
 ) -> list[Finding]:
     """Errors, of which those that the other side of the contour settles say so: the program has been read with it.
 
-    It must have none but the others of ``every`` then. The first ones are tried.
+    It must have none but the others of ``every`` then. The first ones are tried. Where the diameter of the tool is in
+    doubt, that is said, and no other side.
     """
     errors_before = {(item.line, item.code) for item in every}
     choices = [
@@ -209,6 +216,13 @@ def _try_other_side(
         if item.code == "VP026" and item.edits and item.edits[0].is_choice and item.edits[0].value not in _SENSES
     ]
     by_finding: dict[int, Finding] = {}
+    for item in errors:
+        if (
+            item.code == "VP026"
+            and (about_size := _report_other_diameter(source, setup, item, every, dialect)) is not None
+        ):
+            by_finding[id(item)] = about_size
+    choices = [item for item in choices if id(item) not in by_finding]
     for item in choices[:_MOST_SIDES]:
         other_text = _write_edit(source, item.edits[0])
         left = (
@@ -222,6 +236,42 @@ def _try_other_side(
             by_finding[id(item)] = replace(item, message=text, advice="")  # one cause, one remedy
     untold = {id(item) for item in choices}
     return [by_finding.get(id(item), replace(item, edits=()) if id(item) in untold else item) for item in errors]
+
+
+def _report_other_diameter(
+    source: Text, setup: Setup, item: Finding, every: list[Finding], dialect: Dialect
+) -> Finding | None:
+    """An error about the width of a tool whose shape or remark has another diameter, which says so; else None.
+
+    Where the tool fits with that diameter, it says this too: the program has been read with it.
+    """
+    width = _WIDTH.search(item.message)
+    names = list_setup_names(setup.control)
+    number = next((one for one in setup.tools or {} if width and describe_tool_number(one, names) == width[1]), 0)
+    if width is None or not number or setup.tools is None:
+        return None
+    size, others = float(width[2]), dict[float, list[str]]()
+    for part in setup.tool_shapes.get(number, ())[:1]:
+        if min(abs(part.diameter - size), abs(part.widest - size)) > DIAMETER_SLACK_MM:
+            others.setdefault(part.diameter, []).append(
+                f"its cutter among the tool shapes is {part.diameter:g} mm thick"
+            )
+    remark_by_tool = list_remarked_diameters(source, choose_dialect_name(setup.dialect, source, setup.source_name))
+    remark = remark_by_tool.get(str(number)) or remark_by_tool.get(names.get(number, ""))
+    if remark is not None and remark.is_other_than(size):
+        text = f"the program's remark{remark.describe_line()} names {remark.diameter:g} mm"
+        others.setdefault(remark.diameter, []).append(text)
+    if not others:
+        return None
+    text = f"{item.message}; but {' and '.join(one for texts in others.values() for one in texts)}"
+    before = {(one.line, one.code) for one in every}
+    for other in others:
+        tools = {**setup.tools, number: replace(setup.tools[number], diameter=other)}
+        left = {(one.line, one.code) for one in _list_errors(source, structs.replace(setup, tools=tools), dialect)}
+        if left <= before - {(item.line, item.code)}:
+            text += f": with {other:g} mm the tool fits"
+            break
+    return replace(item, message=f"{text}: which diameter is right?", advice=_CORRECT_DIAMETER, edits=())
 
 
 def _write_edit(source: Text, edit: Remedy) -> Text | None:

@@ -178,6 +178,7 @@ class Recorder(Struct):
     selections: list[Selection] = field(default_factory=list)
     read_tools: set[int] = field(default_factory=set)
     radius_tools: set[int] = field(default_factory=set)
+    compensated_lines: dict[tuple[int, int], str] = field(default_factory=dict)
     planes: list[PlaneCall] = field(default_factory=list)
     speeds: list[tuple[int, int]] = field(default_factory=list)
     turn_feeds: list[tuple[int, int]] = field(default_factory=list)
@@ -666,6 +667,7 @@ class Recorder(Struct):
             selections=tuple(self.selections),
             read_tools=frozenset(self.read_tools),
             radius_tools=frozenset(self.radius_tools),
+            compensated_lines=self.compensated_lines,
             planes=tuple(self.planes),
             called_lines=self.lines.freeze(),
             speeds=tuple(self.speeds),

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from msgspec import Struct, field
 
 from verne_post.model.moves import AXES, Frame
-from verne_post.model.part_setup import Tool
+from verne_post.model.part_setup import Tool, ToolShape
 from verne_post.model.protocols import Coordinates, TableTravel, name_rotary_side
 
 
@@ -28,6 +28,7 @@ class TextOptions(Struct, frozen=True, kw_only=True):
     #: Keys of controls by dialect: what builders of machines choose ([siemens] of the settings file).
     control: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     tapping: str = "refuse"  #: "refuse" or "feed": what rigid tapping is.
+    tool_shapes: Mapping[int, ToolShape] = field(default_factory=dict)  #: As in the options.
 
     def name_file(self, name: str, ending: str) -> str:
         """The file of a subroutine in messages; the ending of its language is that of one that came as text."""

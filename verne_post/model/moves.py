@@ -472,6 +472,8 @@ class Moves(Struct, frozen=True):
     selections: tuple[Selection, ...] = ()  #: The tools that T selects, in the order of execution, T0 too.
     read_tools: frozenset[int] = frozenset()  #: Tools whose length or diameter H or D puts in force.
     radius_tools: frozenset[int] = frozenset()  #: Tools whose diameter moves the path: compensation and cycles.
+    #: First and last line of each contour under cutter compensation -> what says its side: G42 of line 20.
+    compensated_lines: Mapping[tuple[int, int], str] = field(default_factory=dict)
     planes: tuple[PlaneCall, ...] = ()  #: Tilted planes, in the order of execution.
     called_lines: CalledLines = CalledLines()
     #: Line and number of the next move, of each word that gives the spindle a speed; in another file, its line there.

@@ -16,15 +16,13 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import BRACKET_STEPS, LIMIT_SLACK_MM
+from verne_post.base.tolerances import BRACKET_STEPS, DIAMETER_SLACK_MM, LIMIT_SLACK_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import Cylinder, Tool, ToolShape
 
-#: A cutter may be thinner or thicker than the tool table says by this, mm: wear, and sizes as measured.
-DIAMETER_SLACK_MM: Final = 0.2
-#: And its corner radius may be another one by this, mm: the edge is then 0.008 mm off, 0.41 of it along the normal.
-#: That is less than parts show; sizes in inches with three decimals differ by 0.013 mm.
+#: The corner radius of a cutter may be another one than the tool table says by this, mm: the edge is then 0.008 mm off,
+#: 0.41 of it along the normal. That is less than parts show; sizes in inches with three decimals differ by 0.013 mm.
 CORNER_SLACK_MM: Final = 0.02
 #: Profiles that bend by less than this, mm2 (twice the area of a triangle), are straight there.
 _STRAIGHT_MM2: Final = 1e-12

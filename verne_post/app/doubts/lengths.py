@@ -13,7 +13,7 @@ from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.model.findings import Finding, Remedy, make_finding
-from verne_post.model.moves import LINES_OF_A_CALL, MoveKind, Moves, find_tool_of_moves
+from verne_post.model.moves import LINES_OF_A_CALL, MoveKind, Moves, Selection, find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import describe_tool_number
 from verne_post.model.toolpath import ToolPath
@@ -139,6 +139,7 @@ class _Place(Struct, frozen=True):
     line: int = 0  #: The first block behind it that moves along Z, if it is a rapid; else 0.
     z: float = 0.0  #: Its Z.
     is_before: bool = False  #: It is to stand before ``change``, not below it.
+    again: Selection | None = None  #: T of this tool alone after that, with which D does nothing (Siemens).
 
     @property
     def word(self) -> str:
@@ -147,14 +148,29 @@ class _Place(Struct, frozen=True):
 
     def describe(self) -> str:
         """How to put the length in force."""
+        if self.again is not None:
+            return (
+                f"{self.describe_selection()}; write {self.word} in a block without T, or M6 after {self.again.spell()}"
+            )
         if self.line:
             return f"activate its length ({self.word} in line {self.line}, with the first Z)"
         return f"activate its length ({self.word}) {f'after line {self.change}' if self.change else 'before'}"
+
+    def describe_selection(self) -> str:
+        """That T alone does not put it in force."""
+        assert self.again is not None
+        return (
+            f"{self.again.spell()} in line {self.again.line} only selects the tool that is in the spindle, and "
+            f"{self.word} beside T waits for M6"
+        )
 
     def make_edits(self) -> tuple[Remedy, ...]:
         """The word as an edit: with the first Z, else below or before a line; none where the tool call does it."""
         if not self.tool or not self.change or self.language in ("heidenhain", "aptcl"):
             return ()
+        if self.again is not None:
+            below = Remedy("activate the length", self.word, line=self.again.own_line, way="below", is_choice=True)
+            return below, *(dataclasses.replace(one, is_choice=True) for one in self.again.propose_change())
         way: Literal["before", "below"] = "before" if self.is_before else "below"
         alone = Remedy("activate the length", self.word, line=self.change, way=way, is_choice=self.is_before)
         with_z = dataclasses.replace(alone, line=self.line, word=("Z", self.z), way="behind")
@@ -167,6 +183,9 @@ def _find_place(moves: Moves, tool: int, move: int) -> _Place:
     if not changes:
         return _Place(tool, moves.language)
     begin, place = max(changes)[0], _Place(tool, moves.language, max(line for _before, line in changes))
+    if moves.language == "siemens" and moves.selections:
+        last = [one for one in moves.selections if begin < one.before <= move][-1:]
+        return replace(place, again=last[0]) if last and last[0].number == tool and not last[0].is_loaded else place
     if moves.language:  # none of G-code
         return place
     rows = np.arange(max(begin, 1), move + 1)
@@ -239,7 +258,9 @@ def check_lengths(
                 place = _Place(tool, language)
                 in_machine = f"in machine coordinates ({_MACHINE_WORDS.get(language, 'G53')})"
                 remedy = f"write it {in_machine}, or keep the length in force"
-                if tool in with_length:
+                if tool in with_length and (place := _find_place(moves, tool, at)).again is not None:
+                    remedy = f"{place.describe()}, or the rapid {in_machine}"
+                elif tool in with_length:
                     place = _Place(tool, language, int(moves.line[at]), is_before=True)
                     remedy = (
                         f"from line {moves.line[path.move[stretch.begin]]} on its length is not in force, and no block "

@@ -5,6 +5,7 @@ from contextlib import suppress
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.base.arrays import Array
@@ -15,6 +16,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.part_setup import UNITS, FixtureMesh, NominalPart, name_system
 from verne_post.model.plausibility import PLAUSIBLE
+from verne_post.part.compare import is_inside
 from verne_post.part.stl import read_stl
 from verne_post.part.verdict import describe_place
 
@@ -28,6 +30,10 @@ _SHARE_BELOW: Final = 0.5
 _SHARE_TABLE: Final = 0.7
 #: Fixtures that all together are no longer than this, mm, are mostly in another unit; a pin alone may be.
 _SMALL_MM: Final = 10.0
+#: One alone that is no longer than this, mm, and farther than _SMALL_MM from the stock, holds nothing. It is in another
+#: unit where it would touch the stock in that, to this, mm.
+_LONE_MM: Final = 25.0
+_TOUCH_MM: Final = 1.0
 #: A part is in another unit where it fits into the stock in a unit at least so many times as large, and is then at
 #: least this share of the stock along each of its sides. A small part in a large stock has other shares.
 _TIMES_UNIT: Final = 5.0
@@ -61,7 +67,7 @@ def _report_units(program: Program, joints: JointPath, *, is_stock_doubted: bool
     for key, body in (*bodies, ("stock", options.stock)):
         if isinstance(body, FixtureMesh) and not body.shown.lower().rstrip(")").endswith(".npz"):
             units += _report_large(program, key, body, body.shown)
-    units += _report_small(program, placed)
+    units += [*_report_small(program, placed)] or _report_lone(program, placed)
     yield from units or _report_below(program, placed)
     doubts = [*report_large_part(program)]
     if not (doubts or is_stock_doubted):
@@ -169,6 +175,42 @@ def _report_small(program: Program, placed: Sequence[Placed]) -> Iterator[Findin
         f"{remedy}"
     )
     yield make_finding("VP505", text)
+
+
+def _report_lone(program: Program, placed: Sequence[Placed]) -> Iterator[Finding]:
+    """Fixtures of files, each by itself, that are small and far from the stock, and in a larger unit would touch it.
+
+    What would have the middle of the stock inside is a pin below it.
+    """
+    stock = next((one for one in placed if one.stock), None)
+    for body, one in zip(program.options.keep_out, placed, strict=False) if stock is not None else ():
+        gap = float(_measure_gap(one.find_extent(), stock.find_extent())) if stock is not None else 0.0
+        if stock is None or not isinstance(body, FixtureMesh) or one.mesh is None or gap <= _SMALL_MM:
+            continue
+        longest = float(np.ptp(one.mesh.vertices, axis=0).max())
+        units: dict[str, str] = {}
+        for unit, mm in UNITS.items() if longest <= _LONE_MM else ():
+            factor = mm / UNITS[body.unit]
+            if not _TIMES_UNIT <= factor <= _TIMES_TABLE * 2.0 * program.machine.table_radius / longest:
+                continue
+            large = replace(one.mesh, vertices=rotate_z(factor * one.mesh.vertices, one.turn) + one.middle)
+            corner = large.list_corners()
+            gaps = _measure_gap((corner.min(axis=1), corner.max(axis=1)), stock.find_extent())
+            if gaps.min() <= _TOUCH_MM and not is_inside(large, stock.middle[None])[0]:
+                units[unit] = " x ".join(f"{size:.4g}" for size in np.ptp(large.vertices, axis=0))
+        if units:
+            meant = " or ".join(f'unit = "{unit}"' for unit in units)
+            text = (
+                f"keep_out.{body.name}.unit: read in {body.unit}, it is {one.describe_extent()} on the table, "
+                f"{gap:.4g} mm away from {stock.name}; in {' or '.join(units)} it would be "
+                f"{' or '.join(units.values())} mm large and touch it: did you mean {meant}?"
+            )
+            yield make_finding("VP505", text)
+
+
+def _measure_gap(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+    """Distances between boxes (low, high), mm."""
+    return np.linalg.norm(np.maximum(np.maximum(one[0] - other[1], other[0] - one[1]), 0.0), axis=-1)
 
 
 def _report_below(program: Program, placed: Sequence[Placed]) -> Iterator[Finding]:

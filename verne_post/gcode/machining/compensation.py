@@ -43,6 +43,8 @@ _SIDES: Final = {
     "G42.1": "G41.1",
 }
 _LEFT: Final = ("G41", "RL", "RL 41")
+#: The sine of the angle to the contour above which an entry move comes from one side of it.
+_FROM_SIDE: Final = 0.1
 #: An arc as it is programmed: start, end, centre and sense.
 _Sense: TypeAlias = tuple[Point, Point, Point, int]
 
@@ -88,6 +90,7 @@ class Compensation(Struct):
     has_cut: bool = False  #: A move at feed rate has followed the contour.
     rapid_line: int = 0  #: Source line of the first rapid in the plane after that: the contour may have ended there.
     is_assumed: bool = False  #: The tool has no diameter, which has been reported, and ``radius`` is any.
+    enters_on_side: bool = False  #: The entry move comes from the side of the contour on which the centre runs.
 
     def take_tool(self, number: int | None, names: Mapping[int, str]) -> Self:
         """The same with the tool in the spindle, for messages."""
@@ -218,6 +221,10 @@ class Compensation(Struct):
         """Settle the corner between the last segment and one that leaves in direction t2; returns where that starts."""
         segment = self.segment
         assert segment is not None
+        if segment.entry and segment.start != segment.end:
+            way = segment.start[0] - corner[0], segment.start[1] - corner[1]
+            sine = (t2[0] * way[1] - t2[1] * way[0]) / max(math.hypot(*way), CORNER_REACH_MM)
+            self.enters_on_side = math.copysign(sine, sine * self.radius) > _FROM_SIDE
         if segment.entry and self.perpendicular:
             target = step_left(corner, t2, self.radius)
             self._end_at(recorder, target)
@@ -289,6 +296,11 @@ class Compensation(Struct):
         for row in self.rows:
             recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
 
+    @property
+    def has_side(self) -> bool:
+        """Whether a word says the side: a cycle chooses its own."""
+        return (self.word or spell_g_code(self.code)) in _SIDES
+
     def describe(self) -> str:
         """What holds, and since where: G41 of line 6."""
         return f"{self.word or spell_g_code(self.code)} of line {self.start_line}"
@@ -337,7 +349,8 @@ class Compensation(Struct):
         """The error with the other sense of an arc if only that is tangent to its neighbour, else the other side.
 
         Every inside corner is an outside one of the other side, and every arc has room there; the rest of the contour
-        need not: the program is to be tried with it.
+        need not: the program is to be tried with it. An entry move that comes from the side of the centre says that
+        the side is right: from the other one, it would cross the contour.
         """
         word = self.word or spell_g_code(self.code)
         names = ("DR-", "DR+") if self.end_word == "R0" else ("G2", "G3")
@@ -356,7 +369,7 @@ class Compensation(Struct):
                 edits = _write_code(wrong, right, self.line)
                 return ProgramError("VP026", f"{text}: is {right} meant in line {self.line}?", edits=edits)
         other = _SIDES.get(word)
-        if other is None:  # that of a cycle
+        if other is None or self.enters_on_side:  # None: that of a cycle
             return ProgramError("VP026", text)
         return ProgramError("VP026", text, edits=_write_code(word, other, self.start_line))
 

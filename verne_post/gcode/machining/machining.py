@@ -799,11 +799,14 @@ class Machining:
         state.arc_may_follow = state.arc_may_follow and (
             state.compensation is None or state.compensation.segment is None
         )
-        state.compensation = None
+        self.suspend_compensation()
 
     def suspend_compensation(self) -> Compensation | None:
         """The next moves are those of the tool's centre; what holds is returned for :meth:`enter_beside`."""
         compensation, self.state.compensation = self.state.compensation, None
+        if compensation is not None and compensation.has_side and compensation.line:
+            span = compensation.start_line, compensation.line
+            self.recorder.compensated_lines[span] = compensation.describe()
         return compensation
 
     def enter_beside(self, at: At, compensation: Compensation, corner: list[float]) -> None:
@@ -817,7 +820,7 @@ class Machining:
     def leave_beside(self) -> None:
         """Compensation ends; the tool stays beside the contour."""
         state = self.state
-        state.compensation = None
+        self.suspend_compensation()
         if state.centre is not None:
             state.position, state.centre = state.centre, None
         state.arc_may_follow = True

@@ -130,7 +130,7 @@ ADDRESSES: Final[Mapping[str, str]] = {
         "M6 loads it, with length and radius; an empty "
         "spindle has no length",
     ),
-    "D": "cutting edge: D1 puts length and radius of the tool in force, D0 ends them",
+    "D": "cutting edge: D1 puts length and radius of the tool in force, D0 ends them; beside T it waits for M6",
     "CUTMOD": "no effect: 0 is cutting edges as in the tool table; other values are refused",
     "H": "an auxiliary function, which `dump moves` and --events show",
     **dict.fromkeys(("M", "M1"), "an M function; M1= is one of the spindle"),
