@@ -163,6 +163,12 @@ def test_the_nearest_point_of_a_mesh_is_found_where_another_group_of_points_seem
     assert 50 < (least < 20.0).sum() < 250
     assert found[least < 20.0] == pytest.approx(least[least < 20.0], abs=1e-9)
     assert (found[least >= 20.0] >= 20.0).all()
+    for near, some in ((20.0, slice(None)), (20.0, least > 20.0), (2.0, slice(100, 110))):
+        of_all = mesh_distances._find_least_of_all(piece, tip[some], axis[some], balls, near)
+        lowest = min(least[some].min(), near)
+        assert of_all.min() >= lowest - 1e-9
+        if lowest < near:
+            assert (of_all.argmin(), of_all.min()) == (least[some].argmin(), pytest.approx(lowest, abs=1e-9))
 
 
 def test_rods_keep_out_of_boxes_and_meshes(machine_with: Any) -> None:
