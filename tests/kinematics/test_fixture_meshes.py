@@ -300,9 +300,9 @@ STOCK = ((-40.0, -20.0, 0.0), (40.0, 20.0, 31.0))
         (Box("the stock", *STOCK), "mm", ""),
         (Box("the stock", (-39.9, -20.0, 0.0), (40.0, 20.0, 31.0)), "mm", ""),  # less than the excess that is accepted
         (Box("the stock", (-30.0, -20.0, 0.0), (30.0, 20.0, 31.0)), "mm",
-         "part.stl reaches 10 mm outside the stock, at (-40.000, -20.000, 0.000) on the table: it is 80 x 40 x 30 mm "
-         "large, and the stock 60 x 40 x 31 mm from (-30, -20, 0); correct the unit, the size or the place of either"),
-        (mesh_of((-1.575, -0.79, 29.0), (1.575, 0.79, 31.0), "the stock"), "mm", "part.stl reaches 51.8"),
+         "part: part.stl reaches 10 mm outside the stock, at (-40.000, -20.000, 0.000) on the table: it is 80 x 40 x "
+         "30 mm large, and the stock 60 x 40 x 31 mm from (-30, -20, 0); correct the unit, the size or the place of either"),
+        (mesh_of((-1.575, -0.79, 29.0), (1.575, 0.79, 31.0), "the stock"), "mm", "part: part.stl reaches 51.8"),
         (mesh_of(*STOCK, "the stock"), "inch", "part.unit: read in inch, part.stl is 2032 mm long"),
     ],
 )  # fmt: skip
