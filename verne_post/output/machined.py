@@ -8,7 +8,7 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.numbers import format_count
 from verne_post.output.plots import picture
 from verne_post.part.compare import GOUGE, UNDECIDED, measure_areas
-from verne_post.part.verdict import Judged, Machined, describe_normal_depth, describe_place
+from verne_post.part.verdict import Judged, Machined, describe_other_depth, describe_place
 
 #: Deviations beyond this many times what is asked for have the full colour.
 _FULL: Final = 2.0
@@ -75,7 +75,7 @@ def _describe_one(judged: Judged) -> str:
     parts = []
     if len(found.gouges.depth):
         worst = int(found.gouges.shortest.argmax())
-        along = describe_normal_depth(found, worst)
+        along = describe_other_depth(judged, worst)
         parts.append(
             f"gouged {found.gouges.shortest[worst]:.3f} mm deep at {describe_place(found.gouges.place[worst])}"
             f"{f' ({along})' * bool(along)}, {int((found.state == GOUGE).sum())} facets"
