@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import verne_post
 from tests.builders import MACHINE
@@ -577,7 +578,7 @@ def test_a_gouge_is_told_by_the_shortest_way_out(name: str) -> None:
     gouges = Gouges(np.eye(3)[:2], np.array([along + 0.1, along]), none, near)
     cells = Cells(part.list_corners(), np.arange(12))
     state = np.where(np.arange(12) > 0, CLEAR, GOUGE)
-    found = Comparison(part, Wanted(), cells, np.zeros(12), near, state, np.zeros(12), gouges)
+    found = Comparison(part, Wanted(), cells, np.zeros(12), near, state, np.zeros(12), gouges, 0.2)
     judged = Judged("nominal", "table", 0.0, (motion,), found)
     [finding], [spot] = list_findings(judged)
     assert finding.message.endswith(
@@ -588,6 +589,10 @@ def test_a_gouge_is_told_by_the_shortest_way_out(name: str) -> None:
     assert (finding.line, finding.worst_line, spot.place.tolist()) == (7, 8, [0.0, 1.0, 0.0])
     [said] = describe_judged(Machined((judged,), (), (finding,)))
     assert f": gouged {shortest:.3f} mm deep at (0.000, 1.000, 0.000){also}, 1 facets;" in said
+    [_said, not_checked] = describe_judged(Machined((replace(judged, comparison=replace(found, grid=0.3)),), (), ()))
+    assert not_checked.startswith(
+        "NOT CHECKED: excess between places that are 0.3 mm apart; on this part a grid of 0.2 mm"
+    )
     first, second = (row.split(",") for row in list_worst(judged).splitlines()[1:])
     assert (float(first[3]), float(first[-1])) == (-shortest, -along)
     assert float(second[3]) == -0.5 * shortest
