@@ -177,7 +177,12 @@ def part(value: Any) -> Any:
         return REFUSED
     if type(value.raw) is not bytes or value.unit == "ell" or value.system not in (None, 1):
         return REFUSED
-    asked = [value.wanted.gouge, value.wanted.excess, value.wanted.grid, value.wanted.search]
+    asked = [
+        value.wanted.gouge,
+        value.wanted.excess,
+        1.0 if value.wanted.grid is None else value.wanted.grid,
+        value.wanted.search,
+    ]
     if plain_numbers(asked, (4,), 1e4) is REFUSED or min(asked) <= 0 or asked[3] < max(asked[:2]):
         return REFUSED
     return value

@@ -327,7 +327,7 @@ def machined(
     unit: str = "mm",
     gouge: float = Wanted().gouge,
     excess: float = Wanted().excess,
-    grid: float = Wanted().grid,
+    grid: float | None = None,
     search: float = Wanted().search,
     datum: Datum = "table",
     fixtures: Sequence[tuple[bytes | os.PathLike[str], str]] = (),
@@ -351,8 +351,9 @@ def machined(
         Unit of the STL.
     gouge, excess : float
         mm along the normal: deeper cuts are errors (VP218), more material is a warning (VP219).
-    grid : float
-        mm; largest distance of a point of the surface from an examined one.
+    grid : float or None
+        mm; largest distance of a point of the surface from an examined one. None: 0.2, or for a large part the finest
+        that has not too many places.
     search : float
         mm; depth below and height above the surface that are examined.
     datum : {"table", "fit"}
@@ -369,7 +370,7 @@ def machined(
     UsageError
     """
     sizes = {"gouge": gouge, "excess": excess, "grid": grid, "search": search}
-    given = {name: convert_from_numpy(value) for name, value in sizes.items()}
+    given = {name: convert_from_numpy(value) for name, value in sizes.items() if value is not None}
     distance = convert_from_numpy(distance)
     fixtures = tuple(fixtures) if isinstance(fixtures, Iterable) and not isinstance(fixtures, str) else fixtures
     for name, value in {**given, "distance": distance}.items():

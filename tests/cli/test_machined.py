@@ -154,14 +154,16 @@ def test_wrong_length_and_offset_show_and_the_fit_takes_them_away(floor, run):
 
 
 def test_a_deep_cut_is_at_least_as_deep_as_the_search(floor, run):
-    """10 mm too deep: the nearest way out of the cutter is to its side, along the normal no way out is found."""
+    """10 mm too deep: the nearest way out of the cutter is to its side, and its end is 10 mm below the floor."""
     low = [word.replace("0,0,60", "0,0,70") for word in JUDGE]
     answer = run(*low)
     assert answer.code == 1
     said = re.search(r"VP218 error: the cutter of tool 1 cuts (\d\.\d+) mm into part.stl, by the shortest", answer.err)
     assert said is not None
     assert 3.9 < float(said[1]) <= 4.0
-    assert f"; along the normal it is {said[1]} mm or more there (lines" in answer.err
+    deep = re.search(r"; along the tool axis it is (\d+\.\d+) mm there \(lines", answer.err)
+    assert deep is not None
+    assert 9.99 < float(deep[1]) <= 10.001
 
 
 def test_a_bound_that_does_not_decide_has_no_verdict(floor, run, monkeypatch):

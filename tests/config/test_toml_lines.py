@@ -54,6 +54,12 @@ def test_a_key_has_a_line(sentence: str, line: int | None) -> None:
     assert (None if place is None else place[0]) == line
 
 
+def test_a_sentence_of_a_file_in_a_folder_is_not_about_the_first_of_several_tables() -> None:
+    """The folder m was taken for a name of [wcs], and any table of its kind for the place."""
+    assert find_place(TEXT, "wcs.m/part.stl: a grid", 2) is None
+    assert find_place(TEXT, "wcs.G54: a grid", 2) == find_place(TEXT, "wcs.G54: a grid")
+
+
 @pytest.mark.parametrize(
     ("text", "place"),
     [

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import verne_post
 from tests.builders import MACHINE
@@ -335,9 +336,10 @@ STOCK = ((-40.0, -20.0, 0.0), (40.0, 20.0, 31.0))
         (Box("the stock", *STOCK), "mm", ""),
         (Box("the stock", (-39.9, -20.0, 0.0), (40.0, 20.0, 31.0)), "mm", ""),  # less than the excess that is accepted
         (Box("the stock", (-30.0, -20.0, 0.0), (30.0, 20.0, 31.0)), "mm",
-         "part.stl reaches 10 mm outside the stock, at (-40.000, -20.000, 0.000) on the table: it is 80 x 40 x 30 mm "
-         "large, and the stock 60 x 40 x 31 mm from (-30, -20, 0); correct the unit, the size or the place of either"),
-        (mesh_of((-1.575, -0.79, 29.0), (1.575, 0.79, 31.0), "the stock"), "mm", "part.stl reaches 51.8"),
+         "part: part.stl reaches 10 mm outside the stock, at (-40.000, -20.000, 0.000) on the table: it is 80 x 40 x "
+         "30 mm large, and the stock 60 x 40 x 31 mm from (-30, -20, 0); correct the unit, the size or the place of "
+         "either"),
+        (mesh_of((-1.575, -0.79, 29.0), (1.575, 0.79, 31.0), "the stock"), "mm", "part: part.stl reaches 51.8"),
         (mesh_of(*STOCK, "the stock"), "inch", "part.unit: read in inch, part.stl is 2032 mm long"),
     ],
 )  # fmt: skip
@@ -611,7 +613,7 @@ def test_a_gouge_is_told_by_the_shortest_way_out(name: str) -> None:
     gouges = Gouges(np.eye(3)[:2], np.array([along + 0.1, along]), none, near)
     cells = Cells(part.list_corners(), np.arange(12))
     state = np.where(np.arange(12) > 0, CLEAR, GOUGE)
-    found = Comparison(part, Wanted(), cells, np.zeros(12), near, state, np.zeros(12), gouges)
+    found = Comparison(part, Wanted(), cells, np.zeros(12), near, state, np.zeros(12), gouges, 0.2)
     judged = Judged("nominal", "table", 0.0, (motion,), found)
     [finding], [spot] = list_findings(judged)
     assert finding.message.endswith(
@@ -622,6 +624,10 @@ def test_a_gouge_is_told_by_the_shortest_way_out(name: str) -> None:
     assert (finding.line, finding.worst_line, spot.place.tolist()) == (7, 8, [0.0, 1.0, 0.0])
     [said] = describe_judged(Machined((judged,), (), (finding,)))
     assert f": gouged {shortest:.3f} mm deep at (0.000, 1.000, 0.000){also}, 1 facets;" in said
+    [_said, not_checked] = describe_judged(Machined((replace(judged, comparison=replace(found, grid=0.3)),), (), ()))
+    assert not_checked.startswith(
+        "NOT CHECKED: excess between places that are 0.3 mm apart; on this part a grid of 0.2 mm"
+    )
     first, second = (row.split(",") for row in list_worst(judged).splitlines()[1:])
     assert (float(first[3]), float(first[-1])) == (-shortest, -along)
     assert float(second[3]) == -0.5 * shortest
@@ -669,7 +675,8 @@ def test_a_tool_that_is_longer_by_a_fifth_of_a_millimetre_gouges(converted: str,
     replace_in("tools.tbl", "Z90", "Z90.2")
     answer = run("machined", "rows.2.csv", *COMPARED)
     assert answer.code == 1
-    assert "vise.nc:30: VP218 error: the cutter of tool 2 cuts 0.20" in answer.err
+    # it plunges there; later lines are as deep
+    assert "vise.nc:29: VP218 error: the cutter of tool 2 cuts 0.20" in answer.err
 
 
 @pytest.mark.parametrize(

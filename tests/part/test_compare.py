@@ -14,6 +14,7 @@ from verne_post.part.compare import (
     UNDECIDED,
     Cells,
     _make_rotation,
+    choose_grid,
     compare,
     divide,
     is_inside,
@@ -293,6 +294,14 @@ def test_a_tool_that_begins_inside_the_part():
         False,
         True,
     ]
+
+
+def test_a_grid_is_chosen_where_none_is_given():
+    """The finest of one digit: 0.2 mm has 1.6 million places on a square of 250 mm, and 0.3 mm 0.7 million."""
+    large, small = (rectangle((0, 0), (side, side)) for side in (250.0, 15.0))
+    assert [choose_grid(small, None), choose_grid(large, None), choose_grid(large, 0.4)] == [0.2, 0.3, 0.4]
+    with pytest.raises(InputError, match=r"a grid of 0.2 mm has too many places; give 0.3"):
+        choose_grid(large, 0.2)
 
 
 def test_a_grid_that_is_too_fine_is_refused_with_one_that_will_do():

@@ -126,9 +126,16 @@ def _load_part(program: Program) -> "Body | None":
     """The nominal part. What compares rows with it is loaded for programs that have one."""
     if program.options.part is None:
         return None
+    from verne_post.app.doubts.units import report_large_part
     from verne_post.app.machined import load_part
+    from verne_post.part.compare import choose_grid
 
-    return load_part(program.options.part)
+    body = load_part(program.options.part)
+    try:
+        choose_grid(body.mesh, program.options.part.wanted.grid)
+    except InputError as error:  # a part in a wrong unit has too many places for any grid
+        raise InputError(*report_large_part(program), *error.findings) from error
+    return body
 
 
 def _judge_rows(
@@ -138,13 +145,9 @@ def _judge_rows(
     asked = program.options.part
     if asked is None or body is None or not program.team.leads:
         return None
-    from verne_post.app.doubts.units import report_large_part
     from verne_post.app.machined_stock import judge_blocks
 
-    try:
-        return judge_blocks(program, body, asked.wanted, blocks, progress)
-    except InputError as error:  # a part in a wrong unit has too many places for any grid
-        raise InputError(*report_large_part(program), *error.findings) from error
+    return judge_blocks(program, body, asked.wanted, blocks, progress)
 
 
 def _keep_too(blocks: list[SetpointBlock], take: Sink) -> Sink:

@@ -25,7 +25,7 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL, NominalPart, Wanted, d
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.part.bodies import Piece, build_pieces, check_tool
 from verne_post.part.clearance import Contacts, find_contacts
-from verne_post.part.compare import compare, is_inside, move_mesh
+from verne_post.part.compare import choose_grid, compare, is_inside, move_mesh
 from verne_post.part.motion import Motion, build_motion
 from verne_post.part.stl import Mesh, describe_faults, read_stl, require_closed
 from verne_post.part.verdict import Datum, Judged, Machined, describe_place, list_contacts, list_findings
@@ -90,6 +90,8 @@ def judge_rows(
     for one in fixtures:
         require_closed(one.mesh)
     notes = [] if nominal is None else _check_surface(nominal.mesh)
+    if nominal is not None:
+        choose_grid(nominal.mesh, wanted.grid)  # before anything takes time
     tools = find_tools(program, line)
     five_axis = program.machine.five_axis
     machines: list[tuple[str, FiveAxis]] = [("nominal", five_axis)]

@@ -225,7 +225,7 @@ class RunFiles:
         said = re.sub(r"^tool (\S+):", r"tools.\1:", re.sub(r"^wcs ", "wcs.", item.message)).removeprefix("the ")
         for name, text in self._list_tables():
             there = replace(item, file=name)
-            if found := place_in_table(there, text, said) or place_in_table(there, text, f"keep_out.{said}"):
+            if found := place_in_table(there, text, said) or place_in_table(there, text, f"keep_out.{said}", 2):
                 return self._add_place_of_shape(found)
         return item
 

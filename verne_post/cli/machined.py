@@ -15,16 +15,17 @@ from verne_post.cli.options import FILE, INPUT, GroupedCommand, NameChoice, add_
 from verne_post.cli.pictures import SUFFIXES, expect_picture
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import print_as_is
-from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
+from verne_post.model.part_setup import GRID_MM, SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.verdict import find_exit_status
 
 _ASKED = Wanted()
 
 
 def _add_length(name: str, text: str) -> Callable[[Any], Any]:
-    """The option of a length (mm) of :class:`Wanted`."""
+    """The option of a length (mm) of :class:`Wanted`; the grid has no default."""
     default = getattr(_ASKED, name)
-    return click.option(f"--{name}", type=NUMBER, default=default, metavar="MM", show_default=True, help=text)
+    shown = f"{GRID_MM:g}, of a large part more" if default is None else True
+    return click.option(f"--{name}", type=NUMBER, default=default, metavar="MM", show_default=shown, help=text)
 
 
 @click.command("machined", cls=GroupedCommand, short_help="Compare the rows with the nominal part.")
@@ -102,7 +103,7 @@ def command(
     unit: str,
     gouge: float,
     excess: float,
-    grid: float,
+    grid: float | None,
     search: float,
     datum: Any,
     measured: Path | None,
@@ -142,7 +143,8 @@ def command(
         raise click.UsageError("--csv and -o show the nominal part: name it with --nominal")
     require_positive("--distance", distance, zero=True)
     for option, value in (("--gouge", gouge), ("--excess", excess), ("--grid", grid), ("--search", search)):
-        require_positive(option, value)
+        if value is not None:
+            require_positive(option, value)
     if search < max(gouge, excess):
         raise click.UsageError(f"--search {search:g} must not be below --gouge and --excess")
     if measured is None and (columns or delay != "auto"):

@@ -107,7 +107,7 @@ class PartFile(Table, frozen=True, kw_only=True):
     unit: Annotated[Unit, "unit of the STL"] = "mm"
     gouge_mm: Annotated[Depth, "the deepest gouge that is accepted"] = _ASKED.gouge
     excess_mm: Annotated[Depth, "the most excess that is accepted"] = _ASKED.excess
-    grid_mm: Annotated[Depth, "distance of the points that are compared"] = _ASKED.grid
+    grid_mm: Annotated[Depth | None, "distance of the points that are compared; 0.2, of a large part more"] = None
     search_mm: Annotated[Depth, "largest deviation that is sought"] = _ASKED.search
 
     def check_together(self) -> None:

@@ -18,9 +18,12 @@ def show_near(name: str) -> str:
     return os.path.relpath(name) if Path(name).is_relative_to(Path.cwd()) else name
 
 
-def place_in_table(item: Finding, text: str, sentence: str) -> Finding | None:
-    """A finding at the key of a TOML file of which a sentence begins, with that line; None where it names none."""
-    found = find_place(text, sentence)
+def place_in_table(item: Finding, text: str, sentence: str, least: int = 1) -> Finding | None:
+    """A finding at the key of a TOML file of which a sentence begins, with that line; None where it names none.
+
+    ``least`` as of :func:`find_place`.
+    """
+    found = find_place(text, sentence, least)
     if found is None:
         return None
     line, begin, _end = found

@@ -247,10 +247,15 @@ def find_value(text: str, key: Key) -> str:
     return "" if found is None else text[found.value if found.name else found.begin : found.end]
 
 
-def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
+def find_place(text: str, sentence: str, least: int = 1) -> tuple[int, int, int] | None:
     """Where that stands of which a sentence about a TOML file begins: a key, its table where it is missing.
 
     Of a mistake of the syntax it is what the sentence names.
+
+    Parameters
+    ----------
+    least : int
+        So many names of the key, or more, stand in the sentence.
 
     Returns
     -------
@@ -265,7 +270,7 @@ def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
         key = entry.key[len(OF_TOOLS) :] if entry.key[: len(OF_TOOLS)] == OF_TOOLS else entry.key
         # the header [keep_out.NAME] names keep_out too; one of an array is one of several
         is_whole = entry.name or any(part.isdecimal() for part in key)
-        for count in range(len(key) if is_whole else 1, len(key) + 1):
+        for count in range(max(len(key) if is_whole else 1, least), len(key) + 1):
             name = ".".join(key[:count]).replace('"', "").replace("'", "")
             # "wcs: G540 is no work system" is about wcs.G540, if there is one
             if len(name) > len(best) and any(_is_named(one, name) for one in (said, said.replace(": ", ".", 1))):

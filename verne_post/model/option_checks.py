@@ -14,6 +14,7 @@ from verne_post.base.type_words import LARGEST
 from verne_post.model.findings import UsageError
 from verne_post.model.part_setup import (
     COORDINATES,
+    GRID_MM,
     MAX_PLACE,
     MAX_TOOL,
     SYSTEM_NAMES,
@@ -294,7 +295,10 @@ def check_part(value: object) -> NominalPart | None:
     if not isinstance(wanted, Wanted):
         raise ValueError(f"{wanted!r}: expected Wanted(gouge, excess, grid, search)")
     sizes = check_numbers(
-        (wanted.gouge, wanted.excess, wanted.grid, wanted.search), (4,), f"depths of {value.name}", MAX_TOOL
+        (wanted.gouge, wanted.excess, GRID_MM if wanted.grid is None else wanted.grid, wanted.search),
+        (4,),
+        f"depths of {value.name}",
+        MAX_TOOL,
     )
     if min(sizes) <= 0 or wanted.search < max(wanted.gouge, wanted.excess):
         raise ValueError(

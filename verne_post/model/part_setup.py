@@ -223,6 +223,10 @@ class FixtureMesh:
         return f"{self.name} ({self.file})" if self.file else self.name
 
 
+#: The grid of a comparison where none is asked for and the part is not too large, mm.
+GRID_MM: Final = 0.2
+
+
 @explain_call("Wanted(gouge=0.05, excess=0.2, grid=0.2, search=2.0), mm")
 @dataclass(frozen=True)
 class Wanted:
@@ -232,15 +236,16 @@ class Wanted:
     ----------
     gouge, excess : float
         Depths along the normal that count.
-    grid : float
-        Largest distance of a point of the surface from an examined one.
+    grid : float or None
+        Largest distance of a point of the surface from an examined one. None: 0.2, or for a large part the finest that
+        has not too many places.
     search : float
         Depth below and height above the surface that are examined; less than the thinnest wall.
     """
 
     gouge: float = 0.05
     excess: float = 0.2
-    grid: float = 0.2
+    grid: float | None = None
     search: float = 2.0
 
 

@@ -6,9 +6,10 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.numbers import format_count
+from verne_post.model.part_setup import GRID_MM
 from verne_post.output.plots import picture
 from verne_post.part.compare import GOUGE, UNDECIDED, measure_areas
-from verne_post.part.verdict import Judged, Machined, describe_normal_depth, describe_place
+from verne_post.part.verdict import Judged, Machined, describe_other_depth, describe_place
 
 #: Deviations beyond this many times what is asked for have the full colour.
 _FULL: Final = 2.0
@@ -32,7 +33,7 @@ def describe_comparisons(name: str, machined: Machined) -> str:
         rows, tools = sum(len(one.tip) for one in motions), ", ".join(one.name for one in motions)
         lines.append(
             f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, "
-            f"{len(first.cells.facet)} sample places, at most {first.wanted.grid:g} mm from any point of the surface"
+            f"{len(first.cells.facet)} sample places, at most {first.grid:g} mm from any point of the surface"
         )
         lines += [f"  {note}" for note in machined.notes]
         lines += [f"  {text}" for text in describe_judged(machined)]
@@ -56,6 +57,11 @@ def describe_comparisons(name: str, machined: Machined) -> str:
 def describe_judged(machined: Machined) -> list[str]:
     """Each comparison in a sentence."""
     lines = [f"{_describe_one(one)}{' (counts)' if k == 0 else ''}" for k, one in enumerate(machined.judged)]
+    if machined.judged and (first := machined.judged[0].comparison).wanted.grid is None and first.grid > GRID_MM:
+        lines.append(
+            f"NOT CHECKED: excess between places that are {first.grid:g} mm apart; on this part a grid of "
+            f"{GRID_MM:g} mm has too many places"
+        )
     if machined.rests is not None:
         allowed = machined.judged[0].comparison.wanted.excess
         volume = sum(one.volume for one in machined.rests)
@@ -75,7 +81,7 @@ def _describe_one(judged: Judged) -> str:
     parts = []
     if len(found.gouges.depth):
         worst = int(found.gouges.shortest.argmax())
-        along = describe_normal_depth(found, worst)
+        along = describe_other_depth(judged, worst)
         parts.append(
             f"gouged {found.gouges.shortest[worst]:.3f} mm deep at {describe_place(found.gouges.place[worst])}"
             f"{f' ({along})' * bool(along)}, {int((found.state == GOUGE).sum())} facets"

@@ -13,8 +13,8 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import find_row_max, measure_rows, sum_rows
-from verne_post.model.findings import make_input_error
-from verne_post.model.part_setup import Wanted
+from verne_post.model.findings import InputError, make_input_error
+from verne_post.model.part_setup import GRID_MM, Wanted
 from verne_post.part.bound import find_clear, find_limit
 from verne_post.part.motion import Motion
 from verne_post.part.stl import Mesh
@@ -122,6 +122,7 @@ class Comparison(Struct, frozen=True, eq=False):
     state: Ints  #: (m,): CLEAR, GOUGE or UNDECIDED for each facet.
     deepest: Array  #: (m,): A gouge of a facet that is not decided is no deeper than this, mm.
     gouges: Gouges
+    grid: float  #: mm, the one asked for, or chosen.
 
 
 def compare(
@@ -142,7 +143,8 @@ def compare(
         VP018 where the grid would make too many cells.
     """
     judge = _Judge(mesh, motions, wanted, accelerate)
-    cells = divide(mesh, wanted.grid)
+    grid = choose_grid(mesh, wanted.grid)
+    cells = divide(mesh, grid)
     blocks = [cells.select(slice(first, first + _BLOCK)) for first in range(0, len(cells.facet), _BLOCK)]
     looked, deviations = [], []
     for k, block in enumerate(blocks):
@@ -153,8 +155,29 @@ def compare(
         deviations.append(deviation)
     nearest = Nearest(*(np.concatenate([getattr(one, name) for one in looked]) for name in Nearest.__struct_fields__))
     return Comparison(
-        mesh, wanted, cells, np.concatenate(deviations), nearest, judge.state, judge.deepest, judge.list_gouges()
+        mesh, wanted, cells, np.concatenate(deviations), nearest, judge.state, judge.deepest, judge.list_gouges(), grid
     )
+
+
+def choose_grid(mesh: Mesh, asked: float | None) -> float:
+    """The grid that is asked for; None: :data:`GRID_MM`, or the finest of one digit that has not too many places.
+
+    Raises
+    ------
+    InputError
+        VP018: the grid that is asked for has too many, or any has.
+    """
+    grid = GRID_MM if asked is None else asked
+    while True:
+        try:
+            _list_parts(mesh, grid)
+        except InputError:
+            if asked is not None or len(mesh.facets) > MAX_CELLS:
+                raise
+            step = 10.0 ** np.floor(np.log10(grid) + _EVEN)
+            grid = float(round(grid / step + 1.0) * step)
+        else:
+            return float(f"{grid:.1g}") if asked is None else grid
 
 
 def divide(mesh: Mesh, grid: float) -> Cells:
@@ -165,6 +188,16 @@ def divide(mesh: Mesh, grid: float) -> Cells:
     InputError
         VP018: there would be too many; the message has a grid that will do.
     """
+    done = [
+        some.select(parts == n).cut(n) for some, parts in _list_parts(mesh, grid) for n in np.unique(parts).tolist()
+    ]
+    corner, facet = (np.concatenate([getattr(one, name) for one in done]) for name in ("corner", "facet"))
+    order = np.argsort(facet, kind="stable")  # neighbours are looked at one after the other
+    return Cells(corner[order], facet[order])
+
+
+def _list_parts(mesh: Mesh, grid: float) -> list[tuple[Cells, Ints]]:
+    """Facets, halved where they are slim, and into how many parts each side of them is cut (n,); VP018: too many."""
     done, left, count = [], Cells(mesh.list_corners(), np.arange(len(mesh.facets))), 0
     while len(left.facet):
         parts = np.maximum(np.ceil(left.find_circles()[1] / grid - _EVEN), 1).astype(np.int64)
@@ -179,11 +212,9 @@ def divide(mesh: Mesh, grid: float) -> Cells:
                 "matters"
             )
             raise make_input_error("VP018", text)
-        done += [left.select(~slim & (parts == n)).cut(n) for n in np.unique(parts[~slim]).tolist()]
+        done.append((left.select(~slim), parts[~slim]))
         left = left.select(slim).halve()
-    corner, facet = (np.concatenate([getattr(one, name) for one in done]) for name in ("corner", "facet"))
-    order = np.argsort(facet, kind="stable")  # neighbours are looked at one after the other
-    return Cells(corner[order], facet[order])
+    return done
 
 
 def measure_areas(corner: Array) -> Array:
@@ -314,7 +345,7 @@ def fit_datum(found: Comparison) -> tuple[Array, Array]:
     """
     normals = found.mesh.list_normals()[found.cells.facet]
     middle, _delta = found.cells.find_circles()
-    cube = np.floor(middle / (_NEIGHBOURS * found.wanted.grid)).astype(np.int64)
+    cube = np.floor(middle / (_NEIGHBOURS * found.grid)).astype(np.int64)
     order = np.lexsort((found.deviation, *np.rint(normals).T, *cube.T))  # NaN last
     key = np.hstack([cube, np.rint(normals).astype(np.int64)])[order]
     first = order[np.append(True, (key[1:] != key[:-1]).any(axis=1))] if len(order) else order

@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.part.bodies import Piece
-from verne_post.part.motion import BOW_SHARE, FAN, SEARCHED_MM, SMALL_BEND_MM, Level, Motion
+from verne_post.part.motion import BOW_SHARE, FAN, SEARCHED_MM, SMALL_BEND_MM, Level, Motion, build_motion
 
 #: Tangents cross, or the span is halved, so often at most: 2**-30 of the longest motion in a row.
 _STEPS: Final = 60
@@ -95,6 +95,24 @@ def find_nearest(
             nearer = found.distance < before
             found.motion[nearer], found.piece[nearer] = k, p
     return found
+
+
+def find_first_row(motion: Motion, point: Array, limit: float, parts: tuple[str, ...], last: int) -> int:
+    """The first row from which the tool comes nearer than ``limit`` to a point (n, 3), at the latest ``last``.
+
+    Each step halves the rows: of the earlier half it leaves only the points that the tool comes near there.
+    """
+    first = 0
+    while first < last:
+        middle = (first + last) // 2
+        some = slice(first, middle + 2)
+        earlier = (getattr(motion, name)[some] for name in ("tip", "axis", "line", "linked"))
+        near = find_nearest((build_motion(motion.name, motion.pieces, *earlier),), point, limit, parts).row >= 0
+        if near.any():
+            last, point = middle, point[near]
+        else:
+            first = middle + 1
+    return last
 
 
 # --- without numba -----------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from verne_post.part.clearance import Contacts
 from verne_post.part.compare import TRACED_MM, UNDECIDED, Comparison
 from verne_post.part.motion import Motion
 from verne_post.part.rests import Rest
-from verne_post.part.sweep import Nearest
+from verne_post.part.sweep import Nearest, find_first_row
 
 Datum = Literal["table", "fit"]
 #: Lines that are no farther apart belong to one finding.
@@ -25,6 +25,13 @@ _GAP: Final = 5
 #: A gouge has its depth along the normal too where that is so many times the one by the shortest way out: a tool that
 #: is a little too deep beside a wall undercuts it over its whole thickness.
 _SIDEWAYS: Final = 2.0
+#: And the one along the axis of the tool, where that is so many times the one by the shortest way out, and the tool
+#: stands on the face: the normal is no farther from its axis than this cosine, of 10 degrees.
+_ALONG_AXIS: Final = 1.5
+_UPRIGHT: Final = 0.985
+#: More places than this of one gouge are thinned for its first line: to one in each cube of this share of the radius.
+_MOST_PLACES: Final = 5_000
+_CUBE_SHARE: Final = 0.25
 #: So many findings of a kind are listed, the gravest; the last says how many more there are.
 MOST_FINDINGS: Final = 20
 
@@ -100,14 +107,41 @@ def describe_place(point: Array) -> str:
     return "({:.3f}, {:.3f}, {:.3f})".format(*(point + 0.0))
 
 
-def describe_normal_depth(comparison: Comparison, k: int) -> str:
-    """How deep gouge k is along the normal of the part; empty where its depth by the shortest way out says enough."""
-    gouges, wanted = comparison.gouges, comparison.wanted
+def describe_other_depth(judged: Judged, k: int) -> str:
+    """How deep gouge k is along the axis of a tool that stands on the face, else along the normal of the part.
+
+    Empty where its depth by the shortest way out says enough.
+    """
+    gouges, wanted = judged.comparison.gouges, judged.comparison.wanted
     along, shortest = float(gouges.depth[k]), float(gouges.shortest[k])
+    if (axial := _measure_along_axis(judged, k)) > _ALONG_AXIS * shortest:
+        return f"along the tool axis it is {axial:.3f} mm"
     is_capped = along >= wanted.search
     if along <= _SIDEWAYS * shortest and shortest > wanted.gouge + TRACED_MM and not is_capped:
         return ""
     return f"along the normal it is {max(along, shortest):.3f} mm{' or more' if is_capped else ''}"
+
+
+def _measure_along_axis(judged: Judged, k: int) -> float:
+    """How far the end of the tool is below the place of gouge k, mm; 0 where the tool does not stand on the face."""
+    gouges, nearest = judged.comparison.gouges, judged.comparison.gouges.nearest
+    motion, row = judged.motions[nearest.motion[k]], int(nearest.row[k])
+    piece = motion.pieces[nearest.piece[k]]
+    rows = np.array([row, row + 1] if motion.linked[row] else [row])
+    axis, off = motion.axis[rows], gouges.place[k] - motion.tip[rows]
+    normal = judged.comparison.mesh.list_normals()[gouges.facet[k]]
+    inside = (axis * off).sum(axis=1)
+    r = np.linalg.norm(off - inside[:, None] * axis, axis=1)
+    upright = (axis @ normal >= _UPRIGHT) & (piece.evaluate(r, inside)[0] < 0.0)
+    if not upright.any():
+        return 0.0
+    start = inside[upright]
+    inside, outside = start, np.full(len(start), piece.low - 1.0)
+    while (inside - outside).max() > 0.1 * TRACED_MM:
+        middle = 0.5 * (inside + outside)
+        within = piece.evaluate(r[upright], middle)[0] < 0.0
+        inside, outside = np.where(within, middle, inside), np.where(within, outside, middle)
+    return float((start - inside).max())
 
 
 def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
@@ -115,14 +149,14 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
     comparison, wanted = judged.comparison, judged.comparison.wanted
     gouges, mesh = comparison.gouges, comparison.mesh
     spots = []
-    for body, rows, lines in _group(judged, gouges.nearest):
+    for body, rows, lines in _group_gouges(judged):
         worst = rows[int(np.argmax(gouges.shortest[rows]))]
         deep = float(gouges.shortest[worst])
         text = (
             f"the {body} cuts {deep:.3f} mm into {mesh.name}, by the shortest way out, at "
             f"{describe_place(gouges.place[worst])}"
         )
-        if along := describe_normal_depth(comparison, worst):
+        if along := describe_other_depth(judged, worst):
             text += f"; {along} there"
         if deep <= wanted.gouge + TRACED_MM:
             text += f", and that is what gouge_mm (--gouge) limits, to {wanted.gouge:g} mm"
@@ -235,6 +269,37 @@ def _group(judged: Judged, nearest: Nearest) -> Iterator[tuple[str, Ints, Ints]]
         rows = rows[np.argsort(line[rows], kind="stable")]
         for part in np.split(rows, np.flatnonzero(np.diff(line[rows]) > _GAP) + 1):
             yield name, part, line[part]
+
+
+def _group_gouges(judged: Judged) -> list[tuple[str, Ints, Ints]]:
+    """The same of gouges, of which each begins at the first line that gouges it: later lines may only be as deep."""
+    gouges = judged.comparison.gouges
+    gravest = sorted(_group(judged, gouges.nearest), key=lambda one: -gouges.shortest[one[1]].max())
+    begun = [
+        (body, rows, np.append(lines, _find_first_line(judged, rows)) if k < MOST_FINDINGS else lines)
+        for k, (body, rows, lines) in enumerate(gravest)
+    ]
+    joined: list[tuple[str, Ints, Ints]] = []
+    for body, rows, lines in sorted(begun, key=lambda one: (one[0], one[2].min())):
+        if joined and joined[-1][0] == body and lines.min() <= joined[-1][2].max():
+            _body, before, lines_before = joined.pop()
+            rows, lines = np.append(before, rows), np.append(lines_before, lines)
+        joined.append((body, rows, lines))
+    return joined
+
+
+def _find_first_line(judged: Judged, rows: Ints) -> int:
+    """The first line in which the body that makes these gouges goes deeper than asked at one of their places."""
+    gouges, wanted = judged.comparison.gouges, judged.comparison.wanted
+    motion = judged.motions[gouges.nearest.motion[rows[0]]]
+    piece = motion.pieces[gouges.nearest.piece[rows[0]]]
+    if len(rows) > _MOST_PLACES:
+        cube = np.floor(gouges.place[rows] / (_CUBE_SHARE * piece.radius))
+        rows = rows[np.unique(cube, axis=0, return_index=True)[1]]
+    normal = judged.comparison.mesh.list_normals()[gouges.facet[rows]]
+    within = gouges.place[rows] - wanted.gouge * normal
+    last = int(gouges.nearest.row[rows].min())
+    return int(motion.line[find_first_row(motion, within, -TRACED_MM, (piece.part,), last)])
 
 
 def _make_finding(code: str, text: str, lines: Ints, worst_line: int, value: float, limit: float) -> Finding:

@@ -13,11 +13,13 @@ from verne_post.base.long_text import Text, compute_sha256, decode_lines
 from verne_post.base.numbers import format_fixed
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import find_stop_remarks, find_title, find_tool_diameters, find_tool_remarks
+from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Event, MoveKind, Stock, describe_tool, find_tool_of_moves
 from verne_post.model.part_setup import Box, FixtureMesh, OwnStock, Tool, name_system, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.summary import LINE_OF_FACT, NOT_CHECKED_STOCK, describe_own_stock, join_lengths, list_facts
+from verne_post.part.stl import read_stl
 from verne_post.report.markup import Row, count, escape_text, join_few, write_table
 from verne_post.report.table import Study
 
@@ -292,18 +294,30 @@ def _list_bodies(study: Study) -> list[Row]:
 
 
 def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row:
-    """Name, system and place of a fixture or the stock; a mesh says by its file where it is."""
+    """Name, system and place of a fixture or the stock, of a mesh with its file."""
     system = "table" if body.system is None else name_system(body.system)
     match body:
         case Box():
-            ends = (f"{low:g} to {high:g}" for low, high in zip(body.low, body.high, strict=True))
-            return body.name, system, "; ".join(ends)
+            return body.name, system, _describe_ends(body.low, body.high)
         case FixtureMesh():
-            return body.name, system, body.file
+            return body.name, system, "; ".join(filter(None, (_describe_mesh(body), body.file)))
         case OwnStock() if own is None:
             return body.name, "", "as the program says"
         case OwnStock():
             return body.name, name_system(own.frame.system), describe_own_stock(own)
+
+
+def _describe_mesh(body: FixtureMesh) -> str:
+    """Where a mesh begins and ends; empty of a file that cannot be read, which a finding says."""
+    try:
+        vertices = read_stl(body.raw, body.shown, body.unit).vertices
+    except InputError:
+        return ""
+    return _describe_ends(vertices.min(axis=0), vertices.max(axis=0))
+
+
+def _describe_ends(low: Iterable[float], high: Iterable[float]) -> str:
+    return "; ".join(f"{least:.6g} to {most:.6g}" for least, most in zip(low, high, strict=True))
 
 
 def _find_dialect(source: Text, study: Study) -> str:

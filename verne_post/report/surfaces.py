@@ -89,7 +89,7 @@ def _choose_cells(judged: Judged) -> tuple[Cells, Ints]:
     from scipy.spatial import cKDTree
 
     found = judged.comparison
-    cells, grid, size = found.cells, found.wanted.grid, float(np.ptp(found.mesh.vertices, axis=0).max())
+    cells, grid, size = found.cells, found.grid, float(np.ptp(found.mesh.vertices, axis=0).max())
     if len(cells.facet) <= PART_FACETS:
         return cells, np.arange(len(cells.facet))
     while len(cells.facet) > PART_FACETS and grid < size:

@@ -299,8 +299,8 @@ def _report_outside(program: Program, placed: Sequence[Placed]) -> Iterator[Find
         low, high = corner.min(axis=0), corner.max(axis=0)
         size = " x ".join(f"{one:.4g}" for one in high - low)
         text = (
-            f"{part.name} reaches {outside[worst]:.4g} mm outside {stock.name}, at {describe_place(corner[worst])} on "
-            f"the table: it is {size} mm large, and {stock.name} {stock.describe_extent()}; correct the unit, the size "
-            "or the place of either"
+            f"part: {part.name} reaches {outside[worst]:.4g} mm outside {stock.name}, at "
+            f"{describe_place(corner[worst])} on the table: it is {size} mm large, and {stock.name} "
+            f"{stock.describe_extent()}; correct the unit, the size or the place of either"
         )
         yield make_finding("VP505", text, value=float(outside[worst]), limit=allowed, unit="mm")
