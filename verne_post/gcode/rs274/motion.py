@@ -111,7 +111,8 @@ def refuse_lacking(
                 settled_by=() if state.loaded_tool else find_length_key(core.setup),
             ).advise(advise_length(core.setup))
         number = state.loaded_tool
-        how = f"write G43 H{number} before it, or G49 for length 0; --tool-length MM needs no G43"
+        how = f"write G43 H{number} before it, or G49 for length 0: a length of [tools] or of a tool table is in force "
+        how += "from G43 on; --tool-length MM, for programs with one tool, needs no G43"
         raise ProgramError(
             "VP012",
             f"{describe_tool_number(number, state.tool_names)} has no length in force before the first feed move; "
