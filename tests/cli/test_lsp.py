@@ -328,8 +328,8 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          "G0 Z160\nM30\n", {
             'T="EM10"': 'tool "EM10": length 80 mm, diameter 10 mm',
             "EM10": 'tool "EM10": length 80 mm, diameter 10 mm',
-            "D1": 'cutting edge: D1 puts length and radius of the tool in force, D0 ends them; beside T it waits for M6; '
-            'tool "EM10": length 80 mm, diameter 10 mm',
+            "D1": "cutting edge: D1 puts length and radius of the tool in force, D0 ends them; beside T it waits "
+            'for M6; tool "EM10": length 80 mm, diameter 10 mm',
             "Z=110": "where the axis goes, in mm or degrees; in G91 by how much; Z 110 mm in G54; machine Z -300 mm",
             "F500": "feed rate, in mm/min under G94; 500 mm/min; the feed rate is reached",
          }),
